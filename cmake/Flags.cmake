@@ -1,0 +1,9 @@
+# Flags every target shares. Why: floating-point contraction and Eigen's layout must agree everywhere, or host, module
+# and board stop giving the same bits.
+add_library(halfroll_flags INTERFACE)
+target_compile_options(halfroll_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -ffp-contract=off -fno-math-errno)
+target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_MALLOC)
+if(HALFROLL_SANITIZE)
+  target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE})
+endif()

@@ -1,0 +1,12 @@
+// Between two setpoints. Why: at 1000 deg/s a reference held for 10 ms is a stair of 10 deg.
+#pragma once
+#include "core/params.hpp"
+#include "core/types.hpp"
+
+namespace halfroll {
+
+/// The setpoint turned by its own rates to `t_us` (at most 0.1 s ahead), its thrust projected on the actual body axis:
+/// T = thrust (R(q_d) e3).(R(q) e3)  [Eq 14]. Axes that the setpoint leaves open follow the actual body.
+Reference extrapolate(const Setpoint& setpoint, const Estimate& estimate, std::uint64_t t_us, const Params& params);
+
+}  // namespace halfroll

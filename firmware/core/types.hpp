@@ -1,0 +1,92 @@
+// The nouns of the loop. Why: a quantity keeps one name, one frame and one unit from sensor to rotor.
+//
+// World W: north-west-up, origin at the local origin. Body B: forward-left-up. Desired body D.
+// q_WB takes body vectors to world. SI and radians throughout; thrust is signed along body +z.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <tuple>
+
+namespace halfroll {
+
+using Vec3 = Eigen::Vector3f;
+using Mat3 = Eigen::Matrix3f;
+
+/// Hamilton unit quaternion [w, x, y, z]; q and -q are one attitude.
+struct Quat {
+  float w = 1.F, x = 0.F, y = 0.F, z = 0.F;
+  bool operator==(const Quat& o) const { return w == o.w && x == o.x && y == o.y && z == o.z; }
+};
+
+/// One sample of the inertial sensors.
+struct Imu {
+  Vec3 w_WB_B = Vec3::Zero();            // [rad/s]
+  Vec3 specific_force_B = Vec3::Zero();  // [m/s²], what an accelerometer shows: +g along up at rest
+};
+
+/// A pose from outside (motion capture): taken at t_us, usually delivered later.
+struct PoseFix {
+  std::uint64_t t_us = 0;
+  Vec3 p_WB = Vec3::Zero();
+  Quat q_WB;
+};
+
+/// What the estimator believes now.
+struct Estimate {
+  Quat q_WB;
+  Vec3 w_WB_B = Vec3::Zero();  // gyro minus bias
+  Vec3 p_WB = Vec3::Zero();
+  Vec3 v_WB = Vec3::Zero();
+  bool attitude_valid = false;
+  bool position_valid = false;
+};
+
+/// A point of a trajectory: what to fly, before the outer loop.
+struct FlatReference {
+  Vec3 position = Vec3::Zero();
+  Vec3 velocity = Vec3::Zero();
+  Vec3 acceleration = Vec3::Zero();
+  Vec3 jerk = Vec3::Zero();
+  Vec3 snap = Vec3::Zero();
+  float yaw = 0.F, yaw_rate = 0.F, yaw_acceleration = 0.F;
+};
+
+/// Attitude, rates and signed thrust wanted at t_us. Made by the outer loop, on board or on the ground.
+struct Setpoint {
+  std::uint64_t t_us = 0;
+  Quat q_WD;
+  Vec3 w_WD_D = Vec3::Zero();   // [rad/s]
+  Vec3 dw_WD_D = Vec3::Zero();  // [rad/s²]; zero for what comes by link
+  float thrust = 0.F;           // [N], signed, along body up of D
+  bool attitude_used = true;    // false: rates and thrust only (type_mask 128)
+  std::array<bool, 3> rate_used = {true, true, true};
+};
+
+/// A setpoint brought to this millisecond: what the attitude loop tracks.
+struct Reference {
+  Quat q_WD;
+  Vec3 w_WD_D = Vec3::Zero();
+  Vec3 dw_WD_D = Vec3::Zero();
+  float thrust = 0.F;  // [N], along the actual body up (already projected, Eq 14)
+};
+
+/// Force and torque wanted of the rotors together.
+struct Wrench {
+  float thrust = 0.F;           // [N]
+  Vec3 torque = Vec3::Zero();   // [N·m], body axes
+};
+
+/// Thrust of each rotor [N]; rotor 1 sits on +y (left), 2 on -x (rear), 3 on -y (right), 4 on +x (front).
+struct RotorCommands {
+  std::array<float, 4> thrust = {0.F, 0.F, 0.F, 0.F};
+  bool operator==(const RotorCommands& o) const { return thrust == o.thrust; }
+};
+
+/// Which part of a wrench the limits have cut.
+struct Saturation {
+  bool tilt = false, thrust = false, yaw = false;
+};
+
+}  // namespace halfroll

@@ -1,0 +1,70 @@
+"""What can go wrong, for people: which item, which value, which limit, what to do.
+
+Why: one tree, mapped to exit codes and JSON in one place (cli.py). Third-party exceptions are turned into these at the edge
+where they arise.
+
+HalfrollError
+├── InputError            exit 2   bad mission, vehicle, option or file
+│   ├── MissionError               one mission item is the reason
+│   └── VehicleError
+├── PlanError             exit 1   good input, but no trajectory inside the limits
+│   └── InfeasibleSegment
+├── FlightError           exit 1   flown, but not within limits or not to the end
+└── LinkError             exit 3   link or process failure
+    ├── PortInUse
+    └── SimulatorDied
+"""
+
+from __future__ import annotations
+
+
+class HalfrollError(Exception):
+    """Base of all errors halfroll raises on purpose. `kind` is the stable name in JSON."""
+
+    exit_code = 2
+    kind = "error"
+
+    def __init__(self, message: str, item: int | None = None) -> None:
+        super().__init__(message)
+        self.item = item
+
+
+class InputError(HalfrollError):
+    kind = "input"
+
+
+class MissionError(InputError):
+    """`item` is the sequence number of the mission item that is the reason, if one is."""
+
+    kind = "mission"
+
+
+class VehicleError(InputError):
+    kind = "vehicle"
+
+
+class PlanError(HalfrollError):
+    exit_code = 1
+    kind = "plan"
+
+
+class InfeasibleSegment(PlanError):
+    kind = "infeasible"
+
+
+class FlightError(HalfrollError):
+    exit_code = 1
+    kind = "flight"
+
+
+class LinkError(HalfrollError):
+    exit_code = 3
+    kind = "link"
+
+
+class PortInUse(LinkError):
+    kind = "port"
+
+
+class SimulatorDied(LinkError):
+    kind = "simulator"
