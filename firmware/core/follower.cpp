@@ -1,0 +1,83 @@
+#include "core/follower.hpp"
+
+#include <cmath>
+
+#include "core/constants.hpp"
+
+namespace halfroll {
+namespace {
+
+// Cascade position -> velocity -> acceleration -> jerk. Unlimited, its poles are -2, -2, -4 rad/s: no overshoot.
+constexpr float kPositionGain = 0.8F;      // [1/s]
+constexpr float kVelocityGain = 2.5F;      // [1/s]
+constexpr float kAccelerationGain = 8.F;   // [1/s]
+constexpr float kBrakeShare = 0.5F;        // of the acceleration limit, planned for stopping; the rest is for jerk
+constexpr float kYawGain = 2.F;            // [1/s]
+constexpr float kYawRateMax = 1.F;         // [rad/s]
+constexpr float kPi = 3.14159265F;
+
+/// The vector shortened to at most `limit`.
+template <class V>
+V limited(const V& v, float limit) {
+  const float size = v.norm();
+  return size > limit ? V(v * (limit / size)) : v;
+}
+
+struct Limits {
+  float speed, acceleration, jerk;
+};
+
+/// One step of the cascade in one or two dimensions.
+template <class V>
+void advance(const V& error, V& position, V& velocity, V& acceleration, V& jerk, const Limits& limits, float dt) {
+  const float distance = error.norm();
+  const float braking = std::sqrt(2.F * kBrakeShare * limits.acceleration * distance);
+  const float speed = std::min({limits.speed, kPositionGain * distance, braking});
+  const V wanted_velocity = distance > 1e-6F ? V(error * (speed / distance)) : V(V::Zero());
+  const V wanted_acceleration = limited(V(kVelocityGain * (wanted_velocity - velocity)), limits.acceleration);
+  jerk = limited(V(kAccelerationGain * (wanted_acceleration - acceleration)), limits.jerk);
+  acceleration += jerk * dt;
+  velocity += acceleration * dt;
+  position += velocity * dt;
+}
+
+float wrapped(float angle) { return angle - 2.F * kPi * std::floor((angle + kPi) / (2.F * kPi)); }
+
+}  // namespace
+
+void Follower::start(const Vec3& position, const Vec3& velocity, float yaw) {
+  reference_ = FlatReference{};
+  reference_.position = position;
+  reference_.velocity = velocity;
+  reference_.yaw = yaw;
+}
+
+const FlatReference& Follower::step(const FollowerTarget& target, float dt, const Params& params) {
+  using Vec1 = Eigen::Matrix<float, 1, 1>;
+  using Vec2 = Eigen::Vector2f;
+  FlatReference& r = reference_;
+  const Vec3 error = target.position - r.position;
+
+  Vec2 p = r.position.head<2>(), v = r.velocity.head<2>(), a = r.acceleration.head<2>(), j = r.jerk.head<2>();
+  advance<Vec2>(error.head<2>(), p, v, a, j, {target.speed_xy, params.acceleration_max, params.jerk_max}, dt);
+
+  Vec1 pz(r.position.z()), vz(r.velocity.z()), az(r.acceleration.z()), jz(r.jerk.z());
+  const float speed_z = error.z() >= 0.F ? target.speed_up : target.speed_down;
+  advance<Vec1>(Vec1(error.z()), pz, vz, az, jz, {speed_z, params.acceleration_max, params.jerk_max}, dt);
+
+  r.position << p, pz;
+  r.velocity << v, vz;
+  r.acceleration << a, az;
+  r.jerk << j, jz;
+  r.yaw_rate = std::clamp(kYawGain * wrapped(target.yaw - r.yaw), -kYawRateMax, kYawRateMax);
+  r.yaw = wrapped(r.yaw + r.yaw_rate * dt);
+  return r;
+}
+
+Vec3 Follower::stopping_point(const Params& params) const {
+  const float speed = reference_.velocity.norm();
+  const float time = speed / (2.F * kBrakeShare * params.acceleration_max) + 1.F / kVelocityGain;
+  return reference_.position + reference_.velocity * time;
+}
+
+}  // namespace halfroll

@@ -1,0 +1,35 @@
+// The on-board follower: smooth references towards a target, in O(1) memory. Why: hold, takeoff, land, return and any
+// mission must fly without the ground station; slower than its plan, always inside speed, acceleration and jerk limits.
+#pragma once
+#include "core/params.hpp"
+#include "core/types.hpp"
+
+namespace halfroll {
+
+struct FollowerTarget {
+  Vec3 position = Vec3::Zero();  // W
+  float yaw = 0.F;               // W [rad]
+  float speed_xy = 5.F;          // [m/s]
+  float speed_up = 3.F, speed_down = 3.F;
+};
+
+class Follower {
+ public:
+  /// Continue from a state of motion; the reference starts there.
+  void start(const Vec3& position, const Vec3& velocity, float yaw);
+  /// Advance the reference by dt towards the target.
+  const FlatReference& step(const FollowerTarget& target, float dt, const Params& params);
+  const FlatReference& reference() const { return reference_; }
+  /// Where it would come to rest if told to stop now.
+  Vec3 stopping_point(const Params& params) const;
+
+  auto state() const {
+    return std::tie(reference_.position, reference_.velocity, reference_.acceleration, reference_.jerk, reference_.yaw,
+                    reference_.yaw_rate);
+  }
+
+ private:
+  FlatReference reference_;
+};
+
+}  // namespace halfroll

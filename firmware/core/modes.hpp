@@ -1,0 +1,30 @@
+// Modes and who may enter them when. Why: one table of transitions, and a reason in words for every refusal.
+#pragma once
+#include <cstdint>
+
+namespace halfroll {
+
+enum class Mode : std::uint8_t { kHold, kTakeoff, kMission, kReturn, kLand, kOffboard };
+inline constexpr int kModeCount = 6;
+
+enum class LandedState : std::uint8_t { kOnGround = 1, kInAir = 2, kTakingOff = 3, kLanding = 4 };
+
+/// Who asks. The ground station may only take over a mission and give it back; it never overrides a user's mode.
+enum class Requester : std::uint8_t { kUser, kGroundStation, kAutopilot };
+
+struct ModeContext {
+  bool armed = false;
+  bool on_ground = true;
+  bool position_valid = false;
+  bool mission_stored = false;
+  bool terminated = false;
+  bool battery_critical = false;
+  bool ground_station_owns_offboard = false;
+};
+
+/// nullptr if `to` may be entered from `from` now, else why not (a few words, for STATUSTEXT).
+const char* refuse_mode(Mode from, Mode to, Requester who, const ModeContext& context);
+
+const char* mode_name(Mode mode);
+
+}  // namespace halfroll
