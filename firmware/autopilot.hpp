@@ -1,12 +1,19 @@
 // The autopilot: sensors and bytes in, rotor commands and bytes out, one millisecond a step. No clock, no socket, no file.
 #pragma once
-#include <memory>
 #include <optional>
 
-#include "core/params.hpp"
-#include "core/types.hpp"
-#include "core/vehicle.hpp"
-#include "link/datagram.hpp"
+#include "core/arming.hpp"
+#include "core/estimator.hpp"
+#include "core/landing.hpp"
+#include "core/mission_runner.hpp"
+#include "core/modes.hpp"
+#include "core/offboard.hpp"
+#include "core/outer_loop.hpp"
+#include "core/rotor.hpp"
+#include "link/commands.hpp"
+#include "link/missions.hpp"
+#include "link/params.hpp"
+#include "link/streams.hpp"
 
 namespace halfroll {
 
@@ -55,34 +62,127 @@ struct Boot {
   std::size_t stored_mission_size = 0;
 };
 
-enum class Mode : std::uint8_t;  // core/modes.hpp
-
 /// One vehicle's firmware. A value: copying it copies the whole autopilot; equal states fly equal flights.
-class Autopilot {
+class Autopilot : private MissionItems {
  public:
   Autopilot(const Vehicle& vehicle, const Params& params, const Boot& boot = {});
-  Autopilot(const Autopilot& other);
-  Autopilot& operator=(const Autopilot& other);
-  ~Autopilot();
 
-  /// Advance 1 ms.
+  /// Advance 1 ms: sensors sampled now, commands for the millisecond that follows. The first step is at t = 0.
   Outputs step(const Inputs& in);
   /// Answer the links while no time passes (the simulator stands, or between steps).
   LinkOutputs service(const LinkInputs& in);
 
   /// Lockstep: queue TIMESYNC (tc1 = 0, ts1 = now) to link A's default peer; answered once component 191 echoes it.
   void ask_time();
-  bool time_answered() const;
+  bool time_answered() const { return time_answered_; }
   /// Valid frames of component 191 so far (it is alive while this grows).
-  std::uint32_t ground_frames() const;
+  std::uint32_t ground_frames() const { return ground_frames_; }
 
-  std::uint64_t t_us() const;
-  bool armed() const;
-  Mode mode() const;
-  const Estimate& estimate() const;
-  const Reference& reference() const;
-  const Params& params() const;
+  std::uint64_t t_us() const { return t_us_; }  // of the last step
+  bool armed() const { return armed_; }
+  Mode mode() const { return mode_; }
+  bool on_ground() const { return landed_.on_ground(); }
+  const Estimate& estimate() const { return estimate_; }
+  const Reference& reference() const { return reference_; }
+  const Params& params() const { return params_; }
   bool same_state(const Autopilot& other) const;
+
+ private:
+  // autopilot.cpp: flight
+  void navigate();
+  void stand_by();
+  void fly_to(const FollowerTarget& target);
+  void descend(FollowerTarget target);
+  void fly_mission();
+  void fly_return();
+  void fly_offboard();
+  void land_without_position();
+  void restart_follower();
+  bool wants_to_fly() const;
+  void watch();
+  void disarm();
+  void enter(Mode mode, Requester who);
+  void fail_safe(Mode mode, const char* words);
+  void set_home_here();
+  Vec3 home_position() const;
+  FollowerTarget hold_target() const;
+
+  // autopilot_link.cpp: what the links ask and get
+  void exchange(const LinkInputs& in);
+  LinkOutputs finish(const LinkInputs& in);
+  void receive(const link::Received& received, std::uint64_t wall_us);
+  void receive_command(const link::Command& command, const link::Header& header, std::uint64_t wall_us);
+  link::CommandResult change_mode(Mode mode, Requester who);
+  const char* mission_problem();
+  ModeContext mode_context() const;
+  link::MissionSituation mission_situation() const;
+  MissionState mission_state() const;
+  link::VehicleStatus status() const;
+  bool prearm(bool forced, const char** why);
+  link::CommandResult apply(const link::Wish& wish, const link::Header& header, std::uint64_t wall_us);
+  struct Applying;  // one overload per kind of wish
+
+  // MissionItems
+  int count() const override { return missions_.count(); }
+  int first() const override;
+  FlightItem item(int seq) const override;
+
+  auto state() const;
+
+  Vehicle vehicle_;
+  Params params_;
+  bool px4_identity_ = false;
+  bool started_ = false;
+  std::uint64_t t_us_ = 0;
+
+  Imu imu_;
+  Battery battery_;
+  Estimator estimator_;
+  Estimate estimate_;
+  LandedDetector landed_;
+
+  Mode mode_ = Mode::kHold;
+  Mode user_mode_ = Mode::kHold;         // last asked for by a person
+  bool armed_ = false;
+  bool flown_ = false;                   // left the ground since armed
+  bool terminated_ = false;
+  bool entered_by_ground_station_ = false;
+  float idle_s_ = 0.F;                   // on the ground with nothing to fly
+  std::uint64_t failsafe_until_us_ = 0;  // system status critical till then
+  bool battery_low_said_ = false;
+
+  Follower follower_;
+  Vec3 hold_position_ = Vec3::Zero();
+  float hold_yaw_ = 0.F;
+  float takeoff_height_ = 2.5F;          // above home [m]
+  bool return_climbing_ = false;
+  MissionRunner runner_;
+  bool mission_started_ = false;
+  std::uint32_t mission_revision_ = 0;
+  Offboard offboard_;
+  OffboardStage offboard_stage_ = OffboardStage::kWaiting;
+
+  OuterLoop outer_loop_;
+  Setpoint setpoint_;
+  std::uint8_t setpoint_mask_ = 0;
+  Reference reference_;
+  RotorLagInverse rotor_lag_inverse_;
+  RotorCommands rotors_;
+
+  link::Origin origin_;
+  std::optional<link::Home> home_;
+  bool home_chosen_ = false;             // by command since the last disarm
+  std::array<std::array<link::Parser, 9>, link::kLinkCount> parsers_ = {};
+  link::ParamService param_service_;
+  link::MissionService missions_;
+  link::Streams streams_;
+  link::Outbox outbox_;
+  bool params_damaged_ = false;
+  bool shut_down_ = false, reboot_ = false;
+  link::Text<50> problem_;               // of the stored mission, in words
+  std::int64_t time_asked_ns_ = -1;
+  bool time_answered_ = true;
+  std::uint32_t ground_frames_ = 0;
 };
 
 }  // namespace halfroll

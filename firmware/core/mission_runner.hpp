@@ -18,8 +18,6 @@ class MissionItems {
   ~MissionItems() = default;
 };
 
-enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3, kPaused = 4, kComplete = 5 };
-
 /// What the runner wants of the autopilot this tick.
 struct MissionStep {
   FollowerTarget target;
@@ -40,7 +38,9 @@ class MissionRunner {
   void take_over(int seq);                  // the ground station flew up to here: items before seq are reached
   int current() const { return current_; }
   bool complete() const { return complete_; }
-  void mark_complete() { complete_ = true; }
+  void set_speed(float speed) {  // [m/s]; -1 keep, -2 default
+    if (speed != -1.F) speed_ = speed;
+  }
 
   /// One 10 ms tick. `home` in W; `landed` ends a LAND item. Reached items: take_reached().
   MissionStep step(const MissionItems& items, const Estimate& estimate, const FlatReference& reference, const Vec3& home,

@@ -45,7 +45,7 @@ const char* refuse_mode(Mode from, Mode to, Requester who, const ModeContext& co
 }
 
 const char* mode_name(Mode mode) {
-  constexpr std::array<const char*, kModeCount> kNames = {"Hold", "Takeoff", "Mission", "Return", "Land", "Offboard"};
+  constexpr std::array<const char*, kModeCount> kNames = {"Hold", "Mission", "Return", "Land", "Takeoff", "Offboard"};
   return kNames[static_cast<std::size_t>(mode)];
 }
 

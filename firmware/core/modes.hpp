@@ -4,10 +4,12 @@
 
 namespace halfroll {
 
-enum class Mode : std::uint8_t { kHold, kTakeoff, kMission, kReturn, kLand, kOffboard };
+enum class Mode : std::uint8_t { kHold, kMission, kReturn, kLand, kTakeoff, kOffboard };
 inline constexpr int kModeCount = 6;
 
-enum class LandedState : std::uint8_t { kOnGround = 1, kInAir = 2, kTakingOff = 3, kLanding = 4 };
+// Numbers of the last two are MAVLink's.
+enum class LandedState : std::uint8_t { kOnGround = 1, kInAir = 2, kTakeoff = 3, kLanding = 4 };
+enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3, kPaused = 4, kComplete = 5 };
 
 /// Who asks. The ground station may only take over a mission and give it back; it never overrides a user's mode.
 enum class Requester : std::uint8_t { kUser, kGroundStation, kAutopilot };

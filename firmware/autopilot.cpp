@@ -1,0 +1,336 @@
+// The loop on one page (step), and who flies in each mode (navigate). Messages are in autopilot_link.cpp.
+#include "autopilot.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "core/attitude.hpp"
+#include "core/constants.hpp"
+#include "core/mixer.hpp"
+#include "core/quaternion.hpp"
+#include "core/setpoint.hpp"
+#include "link/sentence.hpp"
+
+namespace halfroll {
+namespace {
+
+constexpr float kTakeoffReached = 0.3F;      // [m]
+constexpr float kHomeReached = 1.F;          // [m], horizontally, before the return descends
+constexpr float kReturnNear = 5.F;           // [m], closer than this the return does not climb
+constexpr float kSlowBelow = 5.F;            // [m] above home: a descent is slow
+constexpr float kFastAbove = 10.F;           // [m] above home: full descent speed
+constexpr float kSinkLead = 0.6F;            // [m], a descending reference is at most this far below the vehicle
+constexpr float kBlindDescentThrust = 0.93F; // of the weight, without a position
+constexpr std::uint64_t kFailsafeShownUs = 5000000;
+
+}  // namespace
+
+Autopilot::Autopilot(const Vehicle& vehicle, const Params& params, const Boot& boot)
+    : vehicle_(vehicle),
+      params_(params),
+      px4_identity_(boot.px4_identity),
+      outer_loop_(vehicle),
+      origin_{link::to_degE7(boot.origin_lat_deg), link::to_degE7(boot.origin_lon_deg), boot.origin_alt_m},
+      param_service_(params) {
+  outbox_.begin(static_cast<std::uint8_t>(params_.system_id), 0);
+  params_damaged_ =
+      param_service_.load(boot.stored_params, boot.stored_params_size, params_) == link::ParamLoad::kDamaged;
+  if (params_damaged_) outbox_.say(link::Severity::kCritical, "Params: stored file damaged, defaults in use");
+  if (!missions_.load(boot.stored_mission, boot.stored_mission_size)) {
+    outbox_.say(link::Severity::kCritical, "Mission: stored file damaged, none loaded");
+  }
+  runner_.reset(first());
+}
+
+Outputs Autopilot::step(const Inputs& in) {
+  t_us_ = started_ ? t_us_ + kStepUs : 0;
+  started_ = true;
+  exchange(in.link);                                                                        // commands, missions, setpoints
+  imu_ = in.imu;
+  battery_ = in.battery;
+  estimate_ = estimator_.step(t_us_, in.imu, in.pose, params_);
+  if (t_us_ % kReferenceUs == 0) navigate();                                                // 100 Hz: mode -> setpoint_
+  reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);                           // to this millisecond
+  const Wrench wanted = attitude_wrench(estimate_.q_WB, estimate_.w_WB_B, reference_, vehicle_, params_);
+  const Allocation given = allocate(wanted, vehicle_);                                      // inside the rotor limits
+  if (wants_to_fly()) {
+    rotors_ = rotor_lag_inverse_.step(given.rotors, vehicle_, params_);
+  } else {
+    rotor_lag_inverse_.reset();
+    const float idle = armed_ ? std::max(vehicle_.thrust_min, 0.F) : 0.F;
+    rotors_.thrust = {idle, idle, idle, idle};
+  }
+  missions_.step(mission_situation(), outbox_);
+  streams_.step(status(), outbox_);
+  return {rotors_, finish(in.link)};
+}
+
+bool Autopilot::wants_to_fly() const {
+  if (!armed_) return false;
+  if (!landed_.on_ground()) return true;
+  const bool tracking = offboard_stage_ == OffboardStage::kTracking || offboard_stage_ == OffboardStage::kNoRates;
+  return mode_ == Mode::kTakeoff || mode_ == Mode::kMission || (mode_ == Mode::kOffboard && tracking);
+}
+
+/// One 10 ms tick: where are we, does anything force another mode, and what does this mode want to fly?
+void Autopilot::navigate() {
+  landed_.step(estimate_, reference_.thrust, vehicle_.mass * kGravity, armed_);
+  flown_ = flown_ || (armed_ && !landed_.on_ground());
+  if (missions_.revision() != mission_revision_) {
+    mission_revision_ = missions_.revision();
+    mission_started_ = false;
+    runner_.reset(first());
+  }
+  if (!home_ && estimate_.position_valid) set_home_here();
+  watch();
+
+  if (!armed_) return stand_by();
+  switch (mode_) {
+    case Mode::kHold:
+      if (landed_.on_ground()) return stand_by();
+      fly_to(hold_target());
+      break;
+    case Mode::kTakeoff: {
+      FollowerTarget target = hold_target();
+      target.position.z() = home_position().z() + takeoff_height_;
+      fly_to(target);
+      if (std::abs(target.position.z() - estimate_.p_WB.z()) < kTakeoffReached) enter(Mode::kHold, Requester::kAutopilot);
+      break;
+    }
+    case Mode::kMission: fly_mission(); break;
+    case Mode::kReturn: fly_return(); break;
+    case Mode::kLand:
+      if (!estimate_.position_valid) return land_without_position();
+      descend(hold_target());
+      break;
+    case Mode::kOffboard: fly_offboard(); break;
+  }
+}
+
+FollowerTarget Autopilot::hold_target() const {
+  return {hold_position_, hold_yaw_, params_.cruise_speed, params_.climb_speed, params_.descent_speed};
+}
+
+/// On the ground with nothing to fly: references wait where the vehicle stands.
+void Autopilot::stand_by() {
+  follower_.start(estimate_.p_WB, Vec3::Zero(), heading_after_levelling(estimate_.q_WB));
+  hold_position_ = estimate_.p_WB;
+  hold_yaw_ = follower_.reference().yaw;
+  outer_loop_.reset(estimate_.q_WB);
+  setpoint_ = Setpoint{};
+  setpoint_.t_us = t_us_;
+  setpoint_.q_WD = estimate_.q_WB;
+  setpoint_mask_ = 0;
+}
+
+/// Through the on-board follower and the outer loop; the reference is known only now, so leads extrapolate it.
+void Autopilot::fly_to(const FollowerTarget& target) {
+  const FlatReference& reference = follower_.step(target, kReferenceDt, params_);
+  const float mid_age = 0.5F * kReferenceDt;
+  OuterLoopInput in;
+  in.t_us = t_us_;
+  in.state = estimate_;
+  in.at_sample = reference;
+  in.now = reference;
+  in.lead_acceleration = reference.acceleration + reference.jerk * (params_.actuator_lead + mid_age);
+  in.mid_age = mid_age;
+  in.on_ground = landed_.on_ground();
+  setpoint_ = outer_loop_.step(in, params_);
+  setpoint_mask_ = 0;
+}
+
+/// Straight down over the target, slowly near the ground, until landed.
+void Autopilot::descend(FollowerTarget target) {
+  if (landed_.on_ground()) return stand_by();
+  const float height = estimate_.p_WB.z() - home_position().z();
+  const float share = std::clamp((height - kSlowBelow) / (kFastAbove - kSlowBelow), 0.F, 1.F);
+  target.speed_down = params_.land_speed + share * std::max(0.F, params_.descent_speed - params_.land_speed);
+  const float reference_z = follower_.reference().position.z();
+  const bool leading = reference_z < estimate_.p_WB.z() - kSinkLead;
+  target.position.z() = leading ? reference_z : reference_z - 10.F;
+  fly_to(target);
+}
+
+void Autopilot::fly_mission() {
+  mission_started_ = true;
+  const MissionStep step = runner_.step(*this, estimate_, follower_.reference(), home_position(), landed_.on_ground(),
+                                        kReferenceDt, params_);
+  for (int seq = runner_.take_reached(); seq >= 0; seq = runner_.take_reached()) {
+    outbox_.send(link::kToAll, link::MissionItemReached{static_cast<std::uint16_t>(seq)});
+    const link::OnBoard part = link::on_board(missions_.items()[seq]);
+    if (part != link::OnBoard::kFull) {
+      const char* what = part == link::OnBoard::kSkipped ? " skipped" : " attitude not flown";
+      outbox_.say(link::Severity::kNotice, link::Sentence("Mission: item ", seq, what).text());
+    }
+  }
+  if (step.set_home) {
+    set_home_here();
+    return fly_to(step.target);
+  }
+  if (step.return_home) return enter(Mode::kReturn, Requester::kAutopilot);
+  if (step.complete) {
+    enter(Mode::kHold, Requester::kAutopilot);
+    return landed_.on_ground() ? stand_by() : fly_to(hold_target());
+  }
+  if (step.descend) return descend(step.target);
+  fly_to(step.target);
+}
+
+/// Climb if far, cross, descend over home.
+void Autopilot::fly_return() {
+  FollowerTarget target = hold_target();
+  const Vec3 home = home_position();
+  const Vec3 away = estimate_.p_WB - home;
+  const bool near = away.head<2>().norm() < kReturnNear, high = away.z() > params_.return_altitude - kTakeoffReached;
+  return_climbing_ = return_climbing_ && !near && !high;
+  if (return_climbing_) {
+    target.position.z() = home.z() + params_.return_altitude;
+    return fly_to(target);
+  }
+  target.position.x() = home.x();
+  target.position.y() = home.y();
+  if (away.head<2>().norm() < kHomeReached) return descend(target);
+  fly_to(target);
+}
+
+void Autopilot::fly_offboard() {
+  const OffboardStage before = offboard_stage_;
+  offboard_stage_ = offboard_.stage(t_us_, armed_, params_);
+  switch (offboard_stage_) {
+    case OffboardStage::kTracking:
+    case OffboardStage::kNoRates:
+      if (before == OffboardStage::kRecovering) outbox_.say(link::Severity::kInfo, "Offboard: setpoints regained");
+      setpoint_ = offboard_.setpoint();
+      setpoint_mask_ = offboard_.type_mask();
+      if (offboard_stage_ == OffboardStage::kNoRates) setpoint_.w_WD_D = Vec3::Zero();
+      restart_follower();  // ready to take over from here
+      return;
+    case OffboardStage::kRecovering:
+      if (before != offboard_stage_) {
+        restart_follower();
+        outbox_.say(link::Severity::kWarning, "Offboard: setpoints lost, recovering");
+      }
+      break;
+    case OffboardStage::kWaiting: break;
+    case OffboardStage::kNeverStarted:
+      outbox_.say(link::Severity::kWarning, "Offboard: no setpoints");
+      enter(Mode::kHold, Requester::kAutopilot);
+      break;
+    case OffboardStage::kLost: {
+      constexpr Mode kActions[] = {Mode::kHold, Mode::kLand, Mode::kReturn, Mode::kMission};
+      const Mode action = kActions[static_cast<int>(params_.offboard_loss_action)];
+      const bool possible = action != Mode::kMission || count() > 0;
+      fail_safe(possible ? action : Mode::kHold, "offboard lost");
+      break;
+    }
+  }
+  if (landed_.on_ground()) return stand_by();
+  fly_to(hold_target());
+}
+
+/// Level, sinking slowly; the attitude is still known.
+void Autopilot::land_without_position() {
+  outer_loop_.reset(estimate_.q_WB);
+  setpoint_ = Setpoint{};
+  setpoint_.t_us = t_us_;
+  setpoint_.q_WD = about_z(heading_after_levelling(estimate_.q_WB));
+  setpoint_.thrust = kBlindDescentThrust * vehicle_.mass * kGravity;
+}
+
+/// References start again from the present motion and come to rest from there.
+void Autopilot::restart_follower() {
+  follower_.start(estimate_.p_WB, estimate_.v_WB, heading_after_levelling(estimate_.q_WB));
+  outer_loop_.reset(estimate_.q_WB);
+  hold_position_ = follower_.stopping_point(params_);
+  hold_yaw_ = follower_.reference().yaw;
+}
+
+/// What makes the autopilot act by itself.
+void Autopilot::watch() {
+  if (!armed_) return;
+  const bool flying = !landed_.on_ground();
+  if (flying && !estimate_.position_valid && mode_ != Mode::kLand) fail_safe(Mode::kLand, "position lost");
+  if (battery_.state_of_charge < params_.battery_low && !battery_low_said_) {
+    battery_low_said_ = true;
+    outbox_.say(link::Severity::kWarning, "Battery low");
+  }
+  const bool going_down = mode_ == Mode::kLand || mode_ == Mode::kReturn;
+  if (flying && battery_.state_of_charge < params_.battery_critical && !going_down) {
+    fail_safe(Mode::kLand, "battery critical");
+  }
+
+  idle_s_ = wants_to_fly() ? 0.F : idle_s_ + kReferenceDt;
+  if (idle_s_ > (flown_ ? params_.disarm_after_landing : params_.disarm_before_takeoff)) disarm();
+}
+
+void Autopilot::fail_safe(Mode mode, const char* words) {
+  outbox_.say(link::Severity::kCritical, link::Sentence("Failsafe: ", words, ", ", mode_name(mode)).text());
+  failsafe_until_us_ = t_us_ + kFailsafeShownUs;
+  enter(mode, Requester::kAutopilot);
+}
+
+void Autopilot::disarm() {
+  armed_ = false;
+  flown_ = false;
+  idle_s_ = 0.F;
+  home_chosen_ = false;
+  if (mode_ != Mode::kHold) enter(Mode::kHold, Requester::kAutopilot);
+}
+
+void Autopilot::enter(Mode mode, Requester who) {
+  const bool keeps_reference = mode_ != Mode::kOffboard && armed_;
+  if (keeps_reference) {
+    hold_position_ = follower_.stopping_point(params_);
+    hold_yaw_ = follower_.reference().yaw;
+  } else {
+    restart_follower();
+  }
+  if (mode == Mode::kMission) {
+    if (runner_.complete()) {
+      runner_.reset(first());
+      mission_started_ = false;
+    } else {
+      runner_.resume();
+    }
+  }
+  if (mode == Mode::kOffboard) offboard_.enter(t_us_);
+  offboard_stage_ = OffboardStage::kWaiting;
+  return_climbing_ = mode == Mode::kReturn;
+  entered_by_ground_station_ = who == Requester::kGroundStation;
+  if (who == Requester::kUser) user_mode_ = mode;
+  mode_ = mode;
+  idle_s_ = 0.F;
+}
+
+Vec3 Autopilot::home_position() const { return home_ ? home_->position : Vec3(Vec3::Zero()); }
+
+void Autopilot::set_home_here() {
+  const link::GlobalPosition here = link::global_from_local(origin_, estimate_.p_WB);
+  home_ = link::Home{estimate_.p_WB, heading_after_levelling(estimate_.q_WB), here.lat_degE7, here.lon_degE7,
+                     static_cast<std::int32_t>(here.alt_m * 1e3)};
+}
+
+/// Everything that decides future commands. Wall-clock pacing and received bytes of half frames are not in it.
+auto Autopilot::state() const {
+  return std::tuple_cat(
+      std::tie(t_us_, mode_, armed_, flown_, terminated_, idle_s_, hold_position_, hold_yaw_, takeoff_height_,
+               return_climbing_, mission_started_, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, rotors_, origin_, home_),
+      estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(), outer_loop_.state(),
+      rotor_lag_inverse_.state());
+}
+
+bool Autopilot::same_state(const Autopilot& other) const {
+  return state() == other.state() && missions_ == other.missions_ &&
+         std::memcmp(&params_, &other.params_, sizeof params_) == 0;  // all floats, no padding
+}
+
+int Autopilot::first() const {
+  return link::first_is_home(missions_.items(), missions_.count(), static_cast<int>(params_.mission_seq0_home)) ? 1 : 0;
+}
+
+FlightItem Autopilot::item(int seq) const {
+  const link::Datum datum{origin_, home_position().z(), params_.takeoff_altitude};
+  return link::flight_item(missions_.items()[seq], datum);
+}
+
+}  // namespace halfroll

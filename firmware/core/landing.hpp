@@ -1,0 +1,45 @@
+// On the ground or in the air. Why: arming, disarming, integrators and LAND all hang on it, in any attitude.
+#pragma once
+#include "core/constants.hpp"
+#include "core/types.hpp"
+
+namespace halfroll {
+
+class LandedDetector {
+ public:
+  /// One 10 ms tick. `thrust`: along actual body up [N]; `weight` [N].
+  /// Leaves the ground when risen 0.1 m; is back when it rests although its thrust could not carry it.
+  bool step(const Estimate& estimate, float thrust, float weight, bool armed) {
+    if (!armed) {
+      on_ground_ = true;
+      ground_z_ = estimate.p_WB.z();
+      resting_s_ = 0.F;
+    } else if (on_ground_) {
+      on_ground_ = estimate.p_WB.z() - ground_z_ < kLiftOff;
+      resting_s_ = 0.F;
+    } else {
+      // In the air, so little thrust would have gathered 2 m/s in half a second.
+      const bool resting = thrust < kLowThrust * weight && estimate.v_WB.norm() < kStill;
+      resting_s_ = resting ? resting_s_ + kReferenceDt : 0.F;
+      if (resting_s_ > kRestingTime) {
+        on_ground_ = true;
+        ground_z_ = estimate.p_WB.z();
+      }
+    }
+    return on_ground_;
+  }
+  bool on_ground() const { return on_ground_; }
+  auto state() const { return std::tie(on_ground_, ground_z_, resting_s_); }
+
+ private:
+  static constexpr float kLiftOff = 0.1F;       // [m]
+  static constexpr float kLowThrust = 0.6F;     // of the weight
+  static constexpr float kStill = 0.25F;        // [m/s]
+  static constexpr float kRestingTime = 0.5F;   // [s]
+
+  bool on_ground_ = true;
+  float ground_z_ = 0.F;
+  float resting_s_ = 0.F;
+};
+
+}  // namespace halfroll

@@ -1,0 +1,156 @@
+// The autopilot for Python: one step, many steps, and the bytes of its links.
+#include <cmath>
+
+#include "autopilot.hpp"
+#include "bindings.hpp"
+#include "sim/sitl/vehicle_file.hpp"
+
+namespace halfroll::bindings {
+namespace {
+
+/// Bytes by link and endpoint slot.
+using Packet = std::tuple<int, int, py::bytes>;
+
+std::vector<Packet> packets(const LinkOutputs& out) {
+  std::vector<Packet> sent;
+  for (std::size_t i = 0; i < out.tx_count; ++i) {
+    const link::TxFrame& frame = out.tx[i];
+    sent.emplace_back(frame.to.link, frame.to.slot, py::bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.size));
+  }
+  return sent;
+}
+
+struct BoundOutputs {
+  std::array<float, 4> thrust;
+  std::vector<Packet> tx;
+};
+
+/// A datagram as C++ wants it, as long as the Python bytes live.
+link::Datagram datagram(const std::string& bytes, int link, int slot) {
+  return {{static_cast<std::uint8_t>(link), static_cast<std::uint8_t>(slot)},
+          reinterpret_cast<const std::uint8_t*>(bytes.data()),
+          bytes.size()};
+}
+
+/// Storage exists only in the shells; here every write succeeds at once.
+LinkInputs with_storage(LinkInputs in, link::StorageSlot& wanted) {
+  in.stored = {wanted, true};
+  wanted = link::StorageSlot::kNone;
+  return in;
+}
+
+class BoundAutopilot {
+ public:
+  BoundAutopilot(const Vehicle& vehicle, const Params& params) : autopilot_(vehicle, params) {}
+
+  BoundOutputs step(const Vec3& w_WB_B, const Vec3& specific_force_B, const std::optional<PoseFix>& pose,
+                    const std::string& rx, int link, int slot) {
+    Inputs in;
+    in.imu = {w_WB_B, specific_force_B};
+    in.pose = pose;
+    const link::Datagram received = datagram(rx, link, slot);
+    in.link = with_storage(link_inputs(received), storing_);
+    const Outputs out = autopilot_.step(in);
+    storing_ = out.link.store.slot;
+    return {out.rotors.thrust, packets(out.link)};
+  }
+
+  std::vector<Packet> service(const std::string& rx, int link, int slot) {
+    const link::Datagram received = datagram(rx, link, slot);
+    const LinkOutputs out = autopilot_.service(with_storage(link_inputs(received), storing_));
+    storing_ = out.store.slot;
+    return packets(out);
+  }
+
+  /// imu (N, 6): rate, specific force; poses (N, 7): position, quaternion, NaN where none came; thrusts (N, 4).
+  py::array_t<float> step_many(const py::array_t<float, py::array::c_style | py::array::forcecast>& imu,
+                               const std::optional<py::array_t<float, py::array::c_style | py::array::forcecast>>& poses) {
+    if (imu.ndim() != 2 || imu.shape(1) != 6) throw py::value_error("imu must have shape (N, 6)");
+    if (poses && (poses->ndim() != 2 || poses->shape(1) != 7 || poses->shape(0) != imu.shape(0))) {
+      throw py::value_error("poses must have shape (N, 7), a row for each row of imu");
+    }
+    const py::ssize_t steps = imu.shape(0);
+    py::array_t<float> thrusts({steps, py::ssize_t{4}});
+    const float* sample = imu.data();
+    const float* pose = poses ? poses->data() : nullptr;
+    float* thrust = thrusts.mutable_data();
+    py::gil_scoped_release release;
+    Inputs in;
+    for (py::ssize_t i = 0; i < steps; ++i, sample += 6, thrust += 4) {
+      in.imu = {Vec3(sample), Vec3(sample + 3)};
+      in.pose.reset();
+      if (pose != nullptr && !std::isnan(pose[7 * i])) {
+        const float* p = pose + 7 * i;
+        in.pose = PoseFix{autopilot_.t_us() + 1000, Vec3(p), {p[3], p[4], p[5], p[6]}};
+      }
+      const Outputs out = autopilot_.step(in);
+      std::copy(out.rotors.thrust.begin(), out.rotors.thrust.end(), thrust);
+    }
+    return thrusts;
+  }
+
+  Autopilot& autopilot() { return autopilot_; }
+  const Autopilot& autopilot() const { return autopilot_; }
+
+ private:
+  static LinkInputs link_inputs(const link::Datagram& received) {
+    LinkInputs in;
+    in.rx = &received;
+    in.rx_count = received.size == 0 ? 0 : 1;
+    return in;
+  }
+
+  Autopilot autopilot_;
+  link::StorageSlot storing_ = link::StorageSlot::kNone;
+};
+
+}  // namespace
+
+void bind_flight(py::module_& m) {
+  py::class_<sitl::VehicleSetup>(m, "VehicleSetup", "A vehicle as firmware, world and parameters see it.")
+      .def_readonly("name", &sitl::VehicleSetup::name)
+      .def_readonly("vehicle", &sitl::VehicleSetup::vehicle)
+      .def_readonly("plant", &sitl::VehicleSetup::plant)
+      .def_readonly("params", &sitl::VehicleSetup::params);
+  m.def("vehicle_setup", &sitl::make_vehicle, "name"_a = "mit-vp", "settings"_a = std::vector<std::string>{},
+        "A shipped vehicle with settings like 'rotor.thrust_max_N=2.5' over it. ValueError says what is wrong.");
+
+  py::class_<PoseFix>(m, "PoseFix", "A pose from outside, sampled at t_us.")
+      .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB) { return PoseFix{t_us, p_WB, to_quat(q_WB)}; }),
+           "t_us"_a, "p_WB"_a, "q_WB"_a)
+      .def_readonly("t_us", &PoseFix::t_us)
+      .def_readonly("p_WB", &PoseFix::p_WB)
+      .def_property_readonly("q_WB", [](const PoseFix& p) { return from_quat(p.q_WB); });
+
+  py::class_<Estimate>(m, "Estimate", "What the autopilot believes of its motion.")
+      .def_property_readonly("q_WB", [](const Estimate& e) { return from_quat(e.q_WB); })
+      .def_readonly("w_WB_B", &Estimate::w_WB_B)
+      .def_readonly("p_WB", &Estimate::p_WB)
+      .def_readonly("v_WB", &Estimate::v_WB)
+      .def_readonly("attitude_valid", &Estimate::attitude_valid)
+      .def_readonly("position_valid", &Estimate::position_valid);
+
+  py::class_<BoundOutputs>(m, "Outputs", "Rotor commands (4,) [N], and frames to send as (link, slot, bytes).")
+      .def_readonly("thrust", &BoundOutputs::thrust)
+      .def_readonly("tx", &BoundOutputs::tx);
+
+  py::class_<BoundAutopilot>(m, "Autopilot", "The firmware itself, the same library as halfroll-sitl.")
+      .def(py::init<const Vehicle&, const Params&>(), "vehicle"_a, "params"_a)
+      .def("step", &BoundAutopilot::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(), "rx"_a = py::bytes(""),
+           "link"_a = 0, "slot"_a = 0, "Advance 1 ms: sensors and received bytes in, Outputs out.")
+      .def("service", &BoundAutopilot::service, "rx"_a, "link"_a = 0, "slot"_a = 0,
+           "Answer the link while no time passes; frames as (link, slot, bytes).")
+      .def("step_many", &BoundAutopilot::step_many, "imu"_a, "poses"_a = std::nullopt,
+           "N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].")
+      .def("copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); })
+      .def("same_state", [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
+           "other"_a)
+      .def_property_readonly("t_us", [](const BoundAutopilot& a) { return a.autopilot().t_us(); })
+      .def_property_readonly("armed", [](const BoundAutopilot& a) { return a.autopilot().armed(); })
+      .def_property_readonly("on_ground", [](const BoundAutopilot& a) { return a.autopilot().on_ground(); })
+      .def_property_readonly("mode", [](const BoundAutopilot& a) { return mode_name(a.autopilot().mode()); })
+      .def_property_readonly("estimate", [](const BoundAutopilot& a) { return a.autopilot().estimate(); })
+      .def_property_readonly("params", [](const BoundAutopilot& a) { return a.autopilot().params(); });
+}
+
+}  // namespace halfroll::bindings

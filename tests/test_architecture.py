@@ -1,0 +1,181 @@
+"""The tree keeps the shape that docs/architecture.md draws.
+
+Why: layers that may be crossed once are crossed for ever. The two tables there are the specification; this file reads them.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import subprocess
+import tokenize
+from fnmatch import fnmatch
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "ground" / "halfroll"
+DOCUMENT = (ROOT / "docs" / "architecture.md").read_text()
+GENERATED_HEADERS = "development/mavlink.h"
+ONLY_USER = {"pymavlink": {"link"}, "matplotlib": {"report"}, "typer": {"cli"}, "rich": {"cli", "console"}, "pyulog": {"log"}}
+AXES_OF_THE_WIRE = {"frames", "geodesy", "mission_items", "mission_files", "point_files", "link", "codec", "messages"}
+
+
+def table(first_column: str) -> list[dict[str, str]]:
+    """Rows of the Markdown table whose first heading is `first_column`."""
+    lines = DOCUMENT[DOCUMENT.index(f"| {first_column} |") :].splitlines()
+    split = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    rows = split[2:]
+    end = next((i for i, cells in enumerate(rows) if not cells), len(rows))
+    return [dict(zip(split[0], cells, strict=True)) for cells in rows[:end]]
+
+
+def patterns(cell: str) -> list[str]:
+    return [pattern.replace(r"\|", "|") for pattern in re.findall(r"`([^`]+)`", cell)]
+
+
+def tracked(*suffixes: str) -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True, text=True)
+    return [ROOT / name for name in listed.stdout.splitlines() if name.endswith(suffixes) and (ROOT / name).exists()]
+
+
+UNITS = table("unit")
+MODULES = table("module")
+CPP = tracked(".cpp", ".hpp", ".def")
+
+
+def unit_of(path: str) -> dict[str, str] | None:
+    """The row whose path pattern fits best: the longest one."""
+    fitting = []
+    for row in UNITS:
+        pattern = row["path"].strip("`")
+        one_level = not pattern.endswith("**") and "/" in pattern
+        if fnmatch(path, pattern) and not (one_level and path.count("/") != pattern.count("/")):
+            fitting.append(row)
+    return max(fitting, key=lambda row: len(row["path"]), default=None)
+
+
+def code_of(cpp: Path) -> str:
+    """Source without comments and string literals; include lines are kept whole."""
+    text = cpp.read_text()
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    lines = []
+    for line in text.splitlines():
+        if not line.lstrip().startswith("#include"):
+            line = re.sub(r'"(?:\\.|[^"\\])*"', '""', line)
+        lines.append(re.sub(r"//.*", "", line))
+    return "\n".join(lines)
+
+
+def resolve(include: str, cpp: Path) -> str | None:
+    """Path in the tree that an include names, if it is ours."""
+    for base in (ROOT, ROOT / "firmware", cpp.parent):
+        if (base / include).is_file():
+            return (base / include).relative_to(ROOT).as_posix()
+    return None
+
+
+@pytest.mark.parametrize("cpp", CPP, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_a_cpp_file_belongs_to_a_unit_and_knows_only_what_that_unit_may(cpp: Path) -> None:
+    name = cpp.relative_to(ROOT).as_posix()
+    row = unit_of(name)
+    assert row is not None, f"{name} is in no row of docs/architecture.md"
+    allowed = {part.strip() for part in row["own"].split(",")}
+    code = code_of(cpp)
+    for include in re.findall(r'#include "([^"]+)"', code):
+        target = resolve(include, cpp)
+        if target is None:
+            assert include == GENERATED_HEADERS or include.endswith(".inc"), f"{name} includes unknown {include}"
+            continue
+        other = unit_of(target)
+        assert other is not None
+        assert other["unit"] in allowed, f"{name} ({row['unit']}) may not include {target} ({other['unit']})"
+    for pattern in patterns(row["never"]):
+        found = re.search(pattern, code)
+        assert found is None, f"{name}: {found.group(0) if found else ''!r} is never in {row['unit']}"
+
+
+def test_only_the_codec_sees_generated_mavlink() -> None:
+    users = [cpp.relative_to(ROOT).as_posix() for cpp in CPP if "mavlink.h" in code_of(cpp)]
+    assert set(users) <= {"firmware/link/codec.cpp"} | {u for u in users if u.startswith("tests/cpp/")}
+
+
+def imports_of(module: Path) -> tuple[set[str], set[str]]:
+    """(modules of ours, top-level packages of others), lazy imports included, typing-only ones too."""
+    ours, others = set(), set()
+    for node in ast.walk(ast.parse(module.read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            names = [f"{base}.{alias.name}" for alias in node.names] if base in ("halfroll", "") else [base]
+            if node.level:
+                names = [f"halfroll.{name.lstrip('.')}" for name in names]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            if parts[0] == "halfroll":
+                if len(parts) > 1 and (PACKAGE / f"{parts[1]}.py").exists():
+                    ours.add(parts[1])
+            else:
+                others.add(parts[0])
+    return ours, others
+
+
+PYTHON = sorted(PACKAGE.glob("*.py"))
+
+
+@pytest.mark.parametrize("module", PYTHON, ids=lambda p: p.stem)
+def test_a_python_module_imports_only_what_its_row_names(module: Path) -> None:
+    rows = {row["module"].strip("`"): row for row in MODULES}
+    assert module.stem in rows, f"{module.name} is in no row of docs/architecture.md"
+    allowed = {part.strip() for part in rows[module.stem]["imports"].split(",")}
+    ours, others = imports_of(module)
+    assert ours - {module.stem, "__init__"} <= allowed
+    for package in others & ONLY_USER.keys():
+        assert module.stem in ONLY_USER[package], f"{package} is not for {module.stem}"
+    for pattern in patterns(rows[module.stem]["never"]):
+        assert re.search(pattern, stripped(module)) is None, f"{module.stem}: {pattern}"
+
+
+def stripped(module: Path) -> str:
+    """Source without comments and strings."""
+    skip = (tokenize.COMMENT, tokenize.STRING)
+    tokens = tokenize.generate_tokens(io.StringIO(module.read_text()).readline)
+    return " ".join(token.string for token in tokens if token.type not in skip)
+
+
+def test_python_modules_form_no_cycle() -> None:
+    graph = {module.stem: imports_of(module)[0] - {module.stem, "__init__"} for module in PYTHON if module.stem != "__init__"}
+    assert list(TopologicalSorter(graph).static_order())
+
+
+def test_the_wires_axes_are_named_only_where_they_are_converted() -> None:
+    word = re.compile(r"(?i)(?<![A-Za-z])(ned|frd|degE7)(?![A-Za-z])")
+    for path in [p for p in CPP + PYTHON if "tests" not in p.parts]:
+        text = code_of(path) if path.suffix != ".py" else stripped(path)
+        if path.stem not in AXES_OF_THE_WIRE | {"commands", "autopilot", "autopilot_link", "vehicle_status", "missions"}:
+            assert word.search(text) is None, f"{path.name} names the wire's axes: {word.search(text)}"
+
+
+def test_no_file_is_named_after_nothing() -> None:
+    vague = re.compile(r"^(utils?|helpers?|common|misc|manager)$")
+    for path in tracked(".py", ".cpp", ".hpp"):
+        assert not vague.match(path.stem), path
+
+
+@pytest.mark.parametrize("path", [p for p in CPP + PYTHON if p.suffix in (".py", ".hpp")], ids=lambda p: p.name)
+def test_each_module_opens_with_why_it_exists(path: Path) -> None:
+    head = path.read_text().lstrip()
+    assert head.startswith(('"""', "//")), path.name
+
+
+def test_the_project_speaks_of_itself_alone() -> None:
+    foreign = re.compile(r"/work/|\bissue #?\d+|\.library|pypi\.|registry\.npmjs|\bsubagent|\bAI assistant", re.IGNORECASE)
+    for path in tracked(".py", ".cpp", ".hpp", ".md", ".toml", ".txt", ".json"):
+        if path != Path(__file__):
+            assert not foreign.search(path.read_text()), path
