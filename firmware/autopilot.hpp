@@ -107,7 +107,7 @@ class Autopilot : private MissionItems {
   Vec3 home_position() const;
   FollowerTarget hold_target() const;
 
-  // autopilot_link.cpp: what the links ask and get
+  // autopilot_link.cpp: bytes in and out
   void exchange(const LinkInputs& in);
   LinkOutputs finish(const LinkInputs& in);
   void receive(const link::Received& received, std::uint64_t wall_us);
@@ -120,7 +120,8 @@ class Autopilot : private MissionItems {
   link::VehicleStatus status() const;
   bool prearm(bool forced, const char** why);
   link::CommandResult apply(const link::Wish& wish, const link::Header& header, std::uint64_t wall_us);
-  struct Applying;  // one overload per kind of wish
+  struct Dispatch;  // one overload per kind of message
+  struct Applying;  // one overload per kind of wish (autopilot_commands.cpp)
 
   // MissionItems
   int count() const override { return missions_.count(); }

@@ -23,6 +23,7 @@ struct FlightItem {
   bool has_position = false;     // x and y given
   float yaw = 0.F;               // W, counter-clockwise from north
   bool has_yaw = false;
+  bool yaw_relative = false;     // kYaw: turn by yaw, not to it
   float hold_s = 0.F;
   float radius = 0.F;            // 0: NAV_ACC_RAD
   float speed = 0.F;             // [m/s]; -1 keep, -2 default

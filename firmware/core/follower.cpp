@@ -1,8 +1,9 @@
 #include "core/follower.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include "core/constants.hpp"
+#include "core/trig.hpp"
 
 namespace halfroll {
 namespace {
@@ -14,7 +15,6 @@ constexpr float kAccelerationGain = 8.F;   // [1/s]
 constexpr float kBrakeShare = 0.5F;        // of the acceleration limit, planned for stopping; the rest is for jerk
 constexpr float kYawGain = 2.F;            // [1/s]
 constexpr float kYawRateMax = 1.F;         // [rad/s]
-constexpr float kPi = 3.14159265F;
 
 /// The vector shortened to at most `limit`.
 template <class V>
@@ -40,8 +40,6 @@ void advance(const V& error, V& position, V& velocity, V& acceleration, V& jerk,
   velocity += acceleration * dt;
   position += velocity * dt;
 }
-
-float wrapped(float angle) { return angle - 2.F * kPi * std::floor((angle + kPi) / (2.F * kPi)); }
 
 }  // namespace
 
@@ -69,8 +67,8 @@ const FlatReference& Follower::step(const FollowerTarget& target, float dt, cons
   r.velocity << v, vz;
   r.acceleration << a, az;
   r.jerk << j, jz;
-  r.yaw_rate = std::clamp(kYawGain * wrapped(target.yaw - r.yaw), -kYawRateMax, kYawRateMax);
-  r.yaw = wrapped(r.yaw + r.yaw_rate * dt);
+  r.yaw_rate = std::clamp(kYawGain * wrapped_angle(target.yaw - r.yaw), -kYawRateMax, kYawRateMax);
+  r.yaw = wrapped_angle(r.yaw + r.yaw_rate * dt);
   return r;
 }
 

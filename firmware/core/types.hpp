@@ -24,6 +24,7 @@ struct Quat {
 struct Imu {
   Vec3 w_WB_B = Vec3::Zero();            // [rad/s]
   Vec3 specific_force_B = Vec3::Zero();  // [m/s²], what an accelerometer shows: +g along up at rest
+  bool operator==(const Imu& o) const { return w_WB_B == o.w_WB_B && specific_force_B == o.specific_force_B; }
 };
 
 /// A pose from outside (motion capture): taken at t_us, usually delivered later.

@@ -1,0 +1,26 @@
+#include "core/landing.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace halfroll;
+
+TEST_CASE("rising leaves the ground, resting without enough thrust to fly is landing") {
+  LandedDetector detector;
+  Estimate e;
+  detector.step(e, 0.F, 5.6F, false);
+  CHECK(detector.step(e, 5.6F, 5.6F, true));
+  e.p_WB.z() = 0.2F;
+  CHECK_FALSE(detector.step(e, 5.8F, 5.6F, true));
+  for (int i = 0; i < 40; ++i) CHECK_FALSE(detector.step(e, 2.F, 5.6F, true));
+  bool landed = false;
+  for (int i = 0; i < 20; ++i) landed = detector.step(e, 2.F, 5.6F, true);
+  CHECK(landed);
+}
+
+TEST_CASE("hovering is not landing, however still") {
+  LandedDetector detector;
+  Estimate e;
+  detector.step(e, 0.F, 5.6F, false);
+  e.p_WB.z() = 1.F;
+  for (int i = 0; i < 1000; ++i) CHECK_FALSE(detector.step(e, 5.6F, 5.6F, true));
+}
