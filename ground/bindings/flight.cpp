@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "autopilot.hpp"
-#include "bindings.hpp"
+#include "bound_world.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
 namespace halfroll::bindings {
@@ -89,7 +89,17 @@ class BoundAutopilot {
     return thrusts;
   }
 
-  Autopilot& autopilot() { return autopilot_; }
+  /// The loop of the SITL without its links: N milliseconds of autopilot and world, each answering the other.
+  void fly(BoundWorld& world, std::size_t steps) {
+    py::gil_scoped_release release;
+    Inputs in;
+    for (std::size_t i = 0; i < steps; ++i) {
+      in.imu = world.world().readings.imu;
+      in.pose = world.world().readings.pose;
+      world.step(autopilot_.step(in).rotors.thrust);
+    }
+  }
+
   const Autopilot& autopilot() const { return autopilot_; }
 
  private:
@@ -142,6 +152,8 @@ void bind_flight(py::module_& m) {
            "Answer the link while no time passes; frames as (link, slot, bytes).")
       .def("step_many", &BoundAutopilot::step_many, "imu"_a, "poses"_a = std::nullopt,
            "N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].")
+      .def("fly", &BoundAutopilot::fly, "world"_a, "steps"_a,
+           "N milliseconds of closed loop with a World; the links hear nothing meanwhile.")
       .def("copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); })
       .def("same_state", [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
            "other"_a)

@@ -1,0 +1,274 @@
+"""From mission items to the waypoints that are planned. Why: what a mission means in flight - jumps, speeds, holds,
+headings, where the autopilot takes over again - is decided once, and the planner sees only points in W.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+from halfroll.errors import MissionError
+from halfroll.frames import degrees_from_wire, heading_deg_to_yaw
+from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, local_from_global
+from halfroll.mission import CAPACITY, NOT_GIVEN, Mission, MissionItem, Vector, Waypoint
+from halfroll.mission_check import Finding, Severity
+from halfroll.mission_items import (
+    ABSOLUTE_FRAMES,
+    HOME_FRAMES,
+    TABLE,
+    Command,
+    ItemKind,
+    Role,
+    command_name,
+    first_flown,
+    is_here,
+)
+
+TAKEOFF_ALTITUDE = 2.5  # [m] MIS_TAKEOFF_ALT
+SAME_PLACE = 0.02  # [m] waypoints this close are one: the wire's latitudes are 1.1 cm apart
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the planner flies of a mission: from hover at the first waypoint to hover at the last.
+
+    With fewer than two waypoints there is nothing to plan, and the autopilot flies the mission alone. As missions may
+    jump, `Waypoint.item` need not rise along the course.
+    """
+
+    waypoints: tuple[Waypoint, ...]
+    first_item: int  # the plan may take over once this one is reached
+    last_item: int  # reached at the end of the plan
+    hands_back_to: int | None  # the autopilot continues with this one; None: the mission is complete
+    notes: tuple[Finding, ...] = ()  # why the plan ends before the mission's positions do
+
+
+def course(
+    mission: Mission,
+    origin: GeoPoint = DEFAULT_ORIGIN,
+    home: GeoPoint | None = None,
+    takeoff_altitude: float = TAKEOFF_ALTITUDE,
+    start_yaw: float = 0.0,
+) -> Course:
+    """The course of a mission, by its own waypoints if it has them, else by its items. See `flown_waypoints`."""
+    if not mission.waypoints:
+        return flown_waypoints(mission.items, origin, home, takeoff_altitude, start_yaw)
+    home = home or origin
+    n, w, _ = local_from_global(origin, mission.anchor or home)
+    u = home.alt - origin.alt
+    moved = tuple(
+        replace(point, position=(point.position[0] + n, point.position[1] + w, point.position[2] + u))
+        for point in mission.waypoints
+    )
+    first, last = moved[0].item or 0, moved[-1].item or 0
+    return Course(moved, first, last, last + 1 if last + 1 < len(mission.items) else None)
+
+
+def flown_waypoints(
+    items: tuple[MissionItem, ...],
+    origin: GeoPoint = DEFAULT_ORIGIN,
+    home: GeoPoint | None = None,
+    takeoff_altitude: float = TAKEOFF_ALTITUDE,
+    start_yaw: float = 0.0,
+    *,
+    seq0_home: int = 2,
+    from_item: int | None = None,
+    start: Vector | None = None,
+) -> Course:
+    """Waypoints in W around `origin`, from the takeoff point to the last position before LAND, RTL or the end.
+
+    home: where it was armed (default the origin); heights above home count from it, "here" of a takeoff is over it.
+    start_yaw: heading in W [rad] kept until an item gives one. Without a takeoff it begins at its first position;
+    with `start` (W, hovering) and `from_item`, the rest of a mission from there, its jumps counted anew. Raises
+    MissionError for an item that mission_check refuses, and for a mission without a position.
+    """
+    walk = _Walk(items, origin, home or origin, takeoff_altitude, start_yaw)
+    index = first_flown(items, seq0_home) if from_item is None else from_item
+    for before in items[:index]:
+        if before.command == Command.DO_CHANGE_SPEED:
+            walk.change_speed(before)
+    if start is not None:
+        walk.legs.append(Waypoint(start, yaw=start_yaw))
+    first, hands_back_to = walk.run(index)
+    if not walk.legs:
+        raise MissionError("the mission has no position to fly to before it ends; add a takeoff or a waypoint", first)
+    last = walk.legs[-1].item
+    return Course(tuple(walk.legs), first, first if last is None else last, hands_back_to, tuple(walk.notes))
+
+
+@dataclass
+class _Walk:
+    """The mission as it is flown, item after item; `legs` grows."""
+
+    items: tuple[MissionItem, ...]
+    origin: GeoPoint
+    home: GeoPoint
+    takeoff_altitude: float
+    yaw: float
+    legs: list[Waypoint] = field(default_factory=list)
+    notes: list[Finding] = field(default_factory=list)
+    speed: float | None = None
+    wait_s: float = 0.0  # of DELAY items since the last waypoint; a wait after the last one is the autopilot's
+    passed: int = 0  # positions, also where several are one waypoint: every jump loop has one, so this ends the walk
+    jumps_done: Counter[int] = field(default_factory=Counter)
+
+    def run(self, index: int) -> tuple[int, int | None]:
+        """The first item that gave a waypoint (`index` if none) and the one the autopilot goes on with."""
+        first: int | None = index if self.legs else None
+        resume = index
+        while index < len(self.items):
+            item = self.items[index]
+            kind = self._kind(index)
+            following = index + 1
+            if kind.role is Role.END:
+                break
+            if kind.role is Role.HOME:
+                return self._stop(index, first, "home moves here")
+            if kind.role is Role.JUMP:
+                if item.params[1] < 0:
+                    return self._stop(index, first, "it repeats for ever, give a number of repeats")
+                following = self._jump(index, item)
+                resume = following
+            elif kind.role in (Role.TAKEOFF, Role.WAYPOINT, Role.LOITER):
+                if self.passed >= CAPACITY:
+                    return self._stop(index, first, f"it would be waypoint {CAPACITY + 1} of at most {CAPACITY}")
+                self._fly(index, item, kind)
+                first = index if first is None else first
+                if kind.role is Role.LOITER:
+                    return first, index  # stays the current item: never complete
+                resume = following
+            elif kind.role is Role.WAIT:
+                self.wait_s += max(item.params[0], 0.0)
+            elif kind.role is Role.YAW:
+                self.yaw = _turned(self.yaw, item)
+            elif kind.role is Role.SPEED:
+                self.change_speed(item)
+            index = following
+        return resume if first is None else first, resume if resume < len(self.items) else None
+
+    def change_speed(self, item: MissionItem) -> None:
+        """DO_CHANGE_SPEED: p1 0 or 1 horizontal (climb and descent are the follower's), p2 -1 keep, -2 the default."""
+        kind, speed, _, _ = item.params
+        if kind <= 1 and speed != -1:
+            self.speed = speed if speed > 0 else None
+
+    def _kind(self, index: int) -> ItemKind:
+        item = self.items[index]
+        kind = TABLE.get(item.command)
+        if kind is None or item.frame not in kind.frames:
+            what = f"item {index} ({command_name(item.command)}, frame {item.frame})"
+            raise MissionError(f"{what} is not supported; `halfroll check` lists all such items", index)
+        return kind
+
+    def _stop(self, index: int, first: int | None, why: str) -> tuple[int, int]:
+        self._wait_here()
+        why += ": planned up to here, the autopilot flies on by itself"
+        self.notes.append(Finding(index, self.items[index].command, why, Severity.NOTE))
+        return index if first is None else first, index
+
+    def _jump(self, index: int, item: MissionItem) -> int:
+        self._wait_here()
+        if self.jumps_done[index] >= item.params[1]:
+            return index + 1
+        self.jumps_done[index] += 1
+        return int(item.params[0])
+
+    def _wait_here(self) -> None:
+        if self.legs:
+            self.legs[-1] = replace(self.legs[-1], hold_s=self.legs[-1].hold_s + self.wait_s)
+        self.wait_s = 0.0
+
+    def _fly(self, index: int, item: MissionItem, kind: ItemKind) -> None:
+        self._wait_here()
+        self.passed += 1
+        heading_deg = item.params[3] if kind.turns else math.nan
+        if not math.isnan(heading_deg):
+            self.yaw += math.remainder(heading_deg_to_yaw(heading_deg) - self.yaw, math.tau)  # the short way
+        position = self._position(index, item)
+        hold_s = item.params[0] if kind.holds else 0.0
+        point = Waypoint(position, yaw=self.yaw, hold_s=hold_s, speed_max=self.speed, item=index)
+        if not self.legs:
+            self.legs.append(point)
+        elif math.dist(self.legs[-1].position, position) < SAME_PLACE:
+            here = self.legs[-1]
+            self.legs[-1] = replace(point, position=here.position, hold_s=here.hold_s + hold_s)
+        else:
+            self.legs[-1] = replace(self.legs[-1], speed_max=self.speed)
+            self.legs.append(point)
+
+    def _position(self, index: int, item: MissionItem) -> Vector:
+        alt = item.z if item.frame in ABSOLUTE_FRAMES else self.home.alt + item.z
+        if math.isnan(alt) and item.command == Command.TAKEOFF:
+            alt = self.home.alt + self.takeoff_altitude
+        if not math.isfinite(alt):
+            raise MissionError(f"item {index} ({command_name(item.command)}) has no height; set it", index)
+        if not is_here(item):
+            return local_from_global(self.origin, GeoPoint(degrees_from_wire(item.x), degrees_from_wire(item.y), alt))
+        if item.command != Command.TAKEOFF:
+            raise MissionError(f"item {index} ({command_name(item.command)}) has no position; set it", index)
+        here = self.legs[-1].position if self.legs else local_from_global(self.origin, self.home)
+        return here[0], here[1], alt - self.origin.alt
+
+
+def _turned(yaw: float, item: MissionItem) -> float:
+    """Yaw after CONDITION_YAW: p1 degrees, p3 1 clockwise, -1 the other way, else the shorter; p4 1: relative."""
+    degrees, _, direction, relative = item.params
+    if relative == 1:
+        return yaw + heading_deg_to_yaw(degrees) * (-1 if direction == -1 else 1)
+    turn = heading_deg_to_yaw(degrees) - yaw
+    if direction == 1:
+        return yaw - (-turn) % math.tau
+    return yaw + (turn % math.tau if direction == -1 else math.remainder(turn, math.tau))
+
+
+def with_takeoff_and_landing(mission: Mission) -> tuple[Mission, list[str]]:
+    """The mission with a TAKEOFF first and a LAND last where it has none, and a sentence for each that was added.
+
+    The takeoff climbs where the vehicle stands, to MIS_TAKEOFF_ALT; the landing is where the mission ends. Targets of
+    DO_JUMP and the mission's own waypoints keep naming the same items.
+    """
+    added: list[str] = []
+    items = mission.items
+    kinds = [TABLE.get(item.command) for item in items]
+    positions = [i for i, kind in enumerate(kinds) if kind and kind.ends_a_leg and i >= first_flown(items)]
+    if not positions or items[positions[0]].command != Command.TAKEOFF:
+        place = int(_begins_with_home(mission))
+        mission = _inserted(mission, place, _item_here(Command.TAKEOFF))
+        added.append(f"item {place}: TAKEOFF where the vehicle stands, to the default height (the mission has none)")
+    if not any(kind and kind.role in (Role.END, Role.LOITER) for kind in kinds):
+        mission = replace(mission, items=(*mission.items, _item_here(Command.LAND)))
+        added.append(f"item {len(mission.items) - 1}: LAND where the mission ends (the mission has none)")
+    return mission, added
+
+
+def _item_here(command: Command) -> MissionItem:
+    height = math.nan if command == Command.TAKEOFF else 0.0
+    return MissionItem(command, HOME_FRAMES[0], (0.0, 0.0, 0.0, math.nan), NOT_GIVEN, NOT_GIVEN, height)
+
+
+def _begins_with_home(mission: Mission) -> bool:
+    """Item 0 is the home line of a file without a takeoff: a takeoff after it makes it a placeholder."""
+    item = mission.items[0]
+    if mission.planned_home is None or item.command != Command.WAYPOINT or item.frame != 0:
+        return False
+    home = mission.planned_home
+    return math.isclose(degrees_from_wire(item.x), home.lat_deg, abs_tol=1e-7) and math.isclose(
+        degrees_from_wire(item.y), home.lon_deg, abs_tol=1e-7
+    )
+
+
+def _inserted(mission: Mission, place: int, item: MissionItem) -> Mission:
+    def moved(old: MissionItem) -> MissionItem:
+        target = old.params[0]
+        if old.command != Command.DO_JUMP or not target >= place:
+            return old
+        return replace(old, params=(target + 1, *old.params[1:]))
+
+    items = [moved(old) for old in mission.items]
+    items.insert(place, item)
+    waypoints = mission.waypoints and tuple(
+        replace(point, item=point.item + 1) if point.item is not None and point.item >= place else point
+        for point in mission.waypoints
+    )
+    return replace(mission, items=tuple(items), waypoints=waypoints)

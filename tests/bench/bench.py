@@ -1,0 +1,131 @@
+"""Times and sizes, as ratios within one run where that is possible. Writes a list of {name, value, unit}.
+
+Why: speed is a feature, and a feature without a number is a hope. Nothing here passes or fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from halfroll import _dialect, _firmware
+from halfroll.errors import PlanError
+from halfroll.limits import Limits
+from halfroll.mission import Waypoint
+from halfroll.plan import plan_course
+from halfroll.segments import node, rest, solve
+from halfroll.vehicle import load_vehicle
+
+SHARED = Path(__file__).parents[3] / "shared" / "courses"
+
+
+def seconds(work: Callable[[], object], repeats: int = 3) -> float:
+    """Best of a few runs: the machine's noise only ever adds."""
+    best = float("inf")
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - start)
+    return best
+
+
+def hovering(scenario: str) -> tuple[_firmware.Autopilot, _firmware.World]:
+    """An autopilot that was armed and sent to 2.5 m by MAVLink, 10 s ago."""
+    setup = _firmware.vehicle_setup("mit-vp")
+    autopilot, world = _firmware.Autopilot(setup.vehicle, setup.params), _firmware.World(setup.plant, scenario, 1)
+    gcs = _dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+    autopilot.fly(world, 1000)
+    for command, p1 in ((_dialect.MAV_CMD_NAV_TAKEOFF, 0.0), (_dialect.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)):
+        height = 2.5 if command == _dialect.MAV_CMD_NAV_TAKEOFF else 0.0
+        message = _dialect.MAVLink_command_long_message(1, 1, command, 0, p1, 0, 0, 0, 0, 0, height)
+        autopilot.service(message.pack(gcs), link=1)
+    autopilot.fly(world, 10000)
+    assert world.p_WB[2] > 2.0, "the benchmark's vehicle did not take off"
+    return autopilot, world
+
+
+def loop_figures() -> list[dict[str, object]]:
+    steps = 20000
+    figures = []
+    for name, scenario in (("closed_loop_ideal_x_realtime", "ideal"), ("closed_loop_full_x_realtime", "nominal")):
+        autopilot, world = hovering(scenario)
+        figures.append((name, steps * 1e-3 / seconds(lambda a=autopilot, w=world: a.fly(w, steps)), "x"))  # type: ignore[misc]
+    autopilot, world = hovering("ideal")
+    imu = np.tile(np.concatenate([world.gyro, world.accelerometer]), (steps, 1))
+    batch = seconds(lambda: autopilot.copy().step_many(imu))
+    gyro, accelerometer = np.array(world.gyro), np.array(world.accelerometer)
+
+    def single() -> None:
+        for _ in range(2000):
+            autopilot.step(gyro, accelerometer)
+
+    figures.append(("python_batch_step_ns", batch / steps * 1e9, "ns"))
+    figures.append(("firmware_step_ns", batch / steps * 1e9, "ns"))
+    figures.append(("python_step_us", seconds(single) / 2000 * 1e6, "us"))
+    return [{"name": name, "value": value, "unit": unit} for name, value, unit in figures]
+
+
+def lockstep_figure() -> list[dict[str, object]]:
+    """A whole flight through real MAVLink, against its own vehicle time; planning and start-up excluded."""
+    from halfroll.flight import fly
+
+    mission = Path(__file__).parents[2] / "examples" / "first_flight.plan"
+    result = fly(mission, vehicle="mit-vp", scenario="nominal", seed=1)
+    return [{"name": "lockstep_mavlink_x_realtime", "value": result.x_realtime, "unit": "x"}]
+
+
+def closed_form_figures() -> list[dict[str, object]]:
+    rng = np.random.default_rng(1)
+    figures = []
+    for n in (100, 1000, 10000):
+        nodes = np.stack([rest(p) if k in (0, n - 1) else node(p) for k, p in enumerate(rng.uniform(-5, 5, (n, 4)))])
+        durations = rng.uniform(0.5, 1.5, n - 1)
+        figures.append({"name": f"closed_form_{n}_ms", "value": 1e3 * seconds(lambda a=nodes, b=durations: solve(a, b)), "unit": "ms"})
+    return figures
+
+
+def plan_figures() -> list[dict[str, object]]:
+    if not SHARED.is_dir():
+        return []
+    courses = json.loads((SHARED / "courses.json").read_text())["courses"]
+    best = json.loads((SHARED / "reference.json").read_text())["courses"]
+    figures: list[dict[str, object]] = []
+    for course in courses:
+        waypoints = [Waypoint(position=tuple(p)) for p in course["waypoints"]]
+        for name, mode in (("mit-fp", "FP"), ("mit-vp", "VP")):
+            vehicle = load_vehicle(name)
+            start = time.perf_counter()
+            try:
+                plan = plan_course(waypoints, vehicle, Limits.of(vehicle, "rotors", 0.0))
+            except PlanError as error:
+                print(f"course {course['name']} {name}: {error}", file=sys.stderr)
+                continue
+            key = f"plan_{course['name']}_{name}_paper"
+            figures.append({"name": f"{key}_T_s", "value": plan.T, "unit": "s"})
+            if course["name"] in best:
+                figures.append({"name": f"{key}_ratio", "value": plan.T / best[course["name"]][mode]["T"], "unit": ""})
+            figures.append({"name": f"{key}_solve_s", "value": time.perf_counter() - start, "unit": "s"})
+    return figures
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", type=Path, default=Path("build/bench.json"))
+    output = parser.parse_args().output
+    figures: list[dict[str, object]] = []
+    for part in (loop_figures, lockstep_figure, closed_form_figures, plan_figures):
+        for figure in part():
+            print(f"{figure['name']:40s} {figure['value']:12.4g} {figure['unit']}", flush=True)
+            figures.append(figure)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text(json.dumps(figures, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
