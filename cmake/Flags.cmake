@@ -2,6 +2,9 @@
 # and board stop giving the same bits.
 add_library(halfroll_flags INTERFACE)
 target_compile_options(halfroll_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -ffp-contract=off -fno-math-errno)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(halfroll_flags INTERFACE -Wno-maybe-uninitialized)  # GCC sees ghosts in empty std::optionals
+endif()
 target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_MALLOC)
 if(HALFROLL_SANITIZE)
   target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

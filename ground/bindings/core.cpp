@@ -134,6 +134,8 @@ void bind_kernels(py::module_& m) {
            "now"_a, "lead_acceleration"_a = Vec3(Vec3::Zero()), "lead_rate"_a = Vec3(Vec3::Zero()), "mid_age"_a = 0.F,
            "sigma"_a = 1.F, "sigma_event_near"_a = false, "on_ground"_a = false,
            "State (when sampled), the plan at the sample and now, and the plan's leads -> Setpoint.");
+}
+
 }  // namespace
 
 void bind_core(py::module_& m) {

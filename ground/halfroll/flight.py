@@ -1,0 +1,329 @@
+"""One flight, end to end: starts the simulator and the crew, watches both, and leaves nothing behind.
+
+Why: the only place that owns processes. Whatever happens to one of them, the others end, and one sentence says what was
+lost.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from socket import socket
+from typing import IO, TYPE_CHECKING, Any
+
+from halfroll import simulator
+from halfroll.course import with_takeoff_and_landing
+from halfroll.crew import Debriefing, Orders, hear_all
+from halfroll.errors import HalfrollError, LinkError, PortInUse, SimulatorDied
+from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.link import GROUND, Link
+from halfroll.mission import Mission
+from halfroll.mission_files import load_mission
+from halfroll.planning import Limits, PlanningProcess
+from halfroll.record import Event
+from halfroll.station import Station
+from halfroll.transport import UdpTransport, bound_socket, wait_for_any
+from halfroll.vehicle import Vehicle, load_vehicle
+
+if TYPE_CHECKING:
+    from halfroll.plan import Plan
+
+OFFBOARD_PORT, GCS_PORT = 14540, 14550  # ours; the simulator's own are
+SITL_OFFBOARD_PORT, SITL_GCS_PORT = 14580, 18570
+INSTANCES = range(10)  # 14540 + 10 would be the GCS's port
+_POLL_S = 0.05
+_ENDS_WITHIN_S = 3.0
+_PORT_TAKEN = 3  # exit code of halfroll-sitl
+_PHASES = {
+    "mission": "plan",
+    "planning": "plan",
+    "armed": "take off",
+    "approach": "go to the plan's start",
+    "flying": "fly the plan",
+    "handed-back": "land",
+}
+_HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
+
+Progress = Callable[[str, "float | None"], None]
+
+
+@dataclass(frozen=True)
+class FlightResult:
+    """What a flight left, unjudged (evaluation.py judges). Without plan, the autopilot flew alone."""
+
+    mission: Mission  # as it was uploaded
+    vehicle: Vehicle
+    plan: Plan | None
+    plan_start_s: float | None  # vehicle time
+    plan_end_s: float | None
+    log_path: Path
+    references_sent: int
+    reference_rate_Hz: float  # per second of vehicle time in lockstep, of wall clock in real time
+    interval_p99_s: float  # wall clock
+    commands_sha256: str
+    texts: tuple[str, ...]  # what the autopilot said
+    notes: tuple[str, ...]  # what was added to the mission
+
+
+def fly(
+    mission: Mission | str | Path,
+    vehicle: Vehicle | str | Path = "mit-vp",
+    *,
+    scenario: str = "nominal",
+    seed: int = 0,
+    lockstep: bool = True,
+    speed: float | None = None,
+    limits: Limits = "mission",
+    margin: float | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    origin: GeoPoint | None = None,
+    log_path: str | Path | None = None,
+    instance: int | None = None,
+    progress: Progress = lambda phase, fraction: None,
+    report: Callable[[Event], None] = lambda event: None,
+) -> FlightResult:
+    """Fly a mission in a simulator of its own, from takeoff to landing, and return what was recorded.
+
+    speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W, default the planned home
+    of a .plan; log_path: default in a new temporary folder; instance: of the ports, default the first that is free;
+    progress(phase, fraction or None) and report(event) are called on the way.
+
+    Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
+    SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
+    """
+    wanted = mission if isinstance(mission, Mission) else load_mission(mission)
+    flown, notes = with_takeoff_and_landing(wanted)
+    flown_by = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle, overrides)
+    log = Path(log_path) if log_path else Path(tempfile.mkdtemp(prefix="halfroll-")) / "flight.ulg"
+    progress("start the simulator", None)
+    with contextlib.ExitStack() as stack:
+        number, sockets = _ports(instance)
+        for each in sockets:
+            stack.enter_context(each)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="halfroll-")))
+        words = [
+            str(simulator.executable()),
+            *simulator.vehicle_arguments(flown_by),
+            *("--instance", str(number), "--scenario", scenario, "--seed", str(seed)),
+            *("--storage", str(folder), "--log", str(log)),
+            "--origin=" + ",".join(f"{x:.9f}" for x in origin or _origin(wanted)),
+            *([] if speed is None else ["--speed", f"{speed:g}"]),
+            *(["--lockstep"] if lockstep else []),
+        ]
+        output = stack.enter_context((folder / "output").open("w+"))
+        sitl = stack.enter_context(_process(words, output=output))
+        ours, theirs = Pipe()
+        descriptors = (theirs.fileno(), *(each.fileno() for each in sockets))
+        crew = stack.enter_context(
+            _process([sys.executable, "-m", "halfroll.crew", *map(str, descriptors)], keep=descriptors)
+        )
+        theirs.close()
+        ours.send(Orders(flown, flown_by, limits, margin))
+        watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
+        debriefing = watch.until_debriefed()
+        said = watch.until_simulator_ends()
+    record = debriefing.record
+    return FlightResult(
+        mission=flown,
+        vehicle=flown_by,
+        plan=record.planned.plan if record else None,
+        plan_start_s=record.plan_start_s if record else None,
+        plan_end_s=record.plan_end_s if record else None,
+        log_path=log,
+        references_sent=record.references_sent if record else 0,
+        reference_rate_Hz=record.rate_hz(by_wall_clock=not debriefing.lockstep) if record else 0.0,
+        interval_p99_s=record.interval_p99_s() if record else 0.0,
+        commands_sha256=found[1] if (found := _HASH.search(said)) else "",
+        texts=debriefing.texts,
+        notes=tuple(notes),
+    )
+
+
+def run_ground(
+    vehicle: Vehicle,
+    *,
+    instance: int = 0,
+    limits: Limits = "mission",
+    margin: float | None = None,
+    report: Callable[[Event], None] = lambda event: None,
+) -> None:
+    """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
+
+    Raises PortInUse.
+    """
+    transport = UdpTransport.bind(OFFBOARD_PORT + instance)
+    try:
+        with PlanningProcess() as planner:
+            report(Event("connected", 0.0, f"waiting for an autopilot on UDP port {transport.port}"))
+            link = Link(transport, GROUND)
+            station = Station(link, vehicle, planner, limits, margin, report=report)
+            while True:
+                wait_for_any([transport], _POLL_S / 2)
+                while hear_all([link], [station.hear]):
+                    continue
+                try:
+                    station.go_on()
+                except LinkError as error:  # it may come back
+                    report(Event("released", link.t_us * 1e-6, str(error)))
+                    transport.forget_peer()
+                    link = Link(transport, GROUND)
+                    station = Station(link, vehicle, planner, limits, margin, report=report)
+                station.answer_time()
+    finally:
+        transport.close()
+
+
+class _Watch:
+    """Both processes of one flight, seen from outside."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        sitl: subprocess.Popen[Any],
+        output: IO[str],
+        crew: subprocess.Popen[Any],
+        connection: Connection,
+        log: Path,
+        progress: Progress,
+        report: Callable[[Event], None],
+    ) -> None:
+        self._mission, self._sitl, self._output, self._crew, self._connection = mission, sitl, output, crew, connection
+        self._log, self._progress, self._report = log, progress, report
+        self._t_s, self._item = 0.0, 0
+
+    def until_debriefed(self) -> Debriefing:
+        """Raises what ended the flight early."""
+        while True:
+            sitl_ended = self._sitl.poll() is not None
+            heard = self._hear(_ENDS_WITHIN_S / 3 if sitl_ended and self._sitl.returncode == 0 else _POLL_S)
+            if isinstance(heard, Debriefing):
+                return heard
+            if isinstance(heard, HalfrollError) and not self._simulator_fell():
+                raise heard
+            if sitl_ended or heard:
+                raise self._simulator_died()
+
+    def until_simulator_ends(self) -> str:
+        """It was told to shut down; its last words."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._sitl.wait(_ENDS_WITHIN_S)
+        if self._sitl.returncode != 0:
+            raise self._simulator_died()
+        return self._words()
+
+    def _hear(self, timeout_s: float) -> Debriefing | HalfrollError | None:
+        """The outcome if it comes; events on the way are passed on."""
+        try:
+            while self._connection.poll(timeout_s):
+                heard = self._connection.recv()
+                if not isinstance(heard, Event):
+                    outcome: Debriefing | HalfrollError = heard
+                    return outcome
+                self._pass_on(heard)
+        except EOFError:
+            code = self._crew.wait()
+            return LinkError(f"the ground station's process ended (exit code {code}) {self._where()}; fly again")
+        return None
+
+    def _pass_on(self, event: Event) -> None:
+        self._t_s = max(self._t_s, event.t_s)
+        self._item = self._item if event.item is None else event.item
+        if event.kind != "time":
+            self._report(event)
+        if event.kind in _PHASES:
+            self._progress(_PHASES[event.kind], event.fraction if event.kind == "flying" else None)
+
+    def _simulator_fell(self) -> bool:
+        """An error that follows from the simulator's end is not the reason."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._sitl.wait(_POLL_S)
+        return self._sitl.poll() not in (None, 0)
+
+    def _simulator_died(self) -> HalfrollError:
+        code, words = self._sitl.poll(), self._words().strip().splitlines()
+        said = f"; it said: {words[-1]}" if words else ""
+        if code == _PORT_TAKEN:
+            return PortInUse(words[-1] if words else "a UDP port of the simulator is taken; choose another --instance")
+        if code is not None and code > 0:
+            return LinkError(f"the simulator did not run (exit code {code}){said}")
+        how = "does not end" if code is None else "ended" if code == 0 else f"was ended by {signal.Signals(-code).name}"
+        return SimulatorDied(f"the simulator {how} {self._where()}; its log up to then is {self._log}; fly again")
+
+    def _where(self) -> str:
+        last = len(self._mission.items) - 1
+        return f"at {self._t_s:.2f} s of vehicle time, on the way to item {self._item} of {last}"
+
+    def _words(self) -> str:
+        self._output.seek(0)
+        return self._output.read()
+
+
+def _origin(mission: Mission) -> GeoPoint:
+    """Where the vehicle stands: where the ground control station planned it to."""
+    planned = mission.source is not None and mission.source.suffix == ".plan"
+    return mission.planned_home if planned and mission.planned_home else DEFAULT_ORIGIN
+
+
+def _ports(instance: int | None) -> tuple[int, tuple[socket, socket]]:
+    """An instance whose four ports are free, and our two of them, held. Raises PortInUse."""
+    for number in INSTANCES if instance is None else [instance]:
+        held: list[socket] = []
+        try:
+            for port in (OFFBOARD_PORT, GCS_PORT, SITL_OFFBOARD_PORT, SITL_GCS_PORT):
+                held.append(bound_socket(port + number))
+        except PortInUse:
+            for each in held:
+                each.close()
+            if instance is not None:
+                raise
+            continue
+        for each in held[2:]:  # the simulator's own
+            each.close()
+        return number, (held[0], held[1])
+    raise PortInUse(f"the ports of all {len(INSTANCES)} instances are taken; end one of the other flights")
+
+
+@contextlib.contextmanager
+def _process(
+    words: list[str], output: IO[str] | None = None, keep: tuple[int, ...] = ()
+) -> Iterator[subprocess.Popen[Any]]:
+    """A process and all it starts, in a session of its own (Ctrl-C is ours to handle), ended with the context."""
+    process = subprocess.Popen(
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=output if output else None,
+        stderr=subprocess.STDOUT if output else None,
+        pass_fds=keep,
+        start_new_session=True,
+        preexec_fn=_end_with_parent,  # one call into C, takes no lock
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+    )
+    try:
+        yield process
+    finally:
+        _end(process)
+
+
+def _end_with_parent() -> None:
+    """Linux: the kernel ends this process when its parent dies, even by SIGKILL."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, signal.SIGTERM)
+
+
+def _end(process: subprocess.Popen[Any]) -> None:
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, number)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(_ENDS_WITHIN_S if number == signal.SIGTERM else None)
+            return

@@ -1,0 +1,266 @@
+"""Limits of a flight, and the margins a trajectory leaves to them (>= 0 is flyable).
+
+Why: what "feasible" means is written once; the optimiser and the final check use the same rows. The final check is
+dense sampling (reference PAPER 7.3) with every near-critical extremum refined between the samples, which finds the true
+extrema of anything smooth on the scale of a thousandth of a piece. It is a check, not a proof: a proof by Taylor models
+over whole pieces can take its place behind the same `margins`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from halfroll.flatness import FlatOutputs, inverse_dynamics
+from halfroll.segments import PiecewisePolynomial
+from halfroll.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+_FLOOR = 0.5  # [m], lowest height outside takeoff and landing
+_REFINE_BELOW = 0.02  # relative margin under which every local extremum is refined
+_REFINE_ROUNDS, _REFINE_POINTS = 6, 9
+
+
+@dataclass(frozen=True)
+class Limits:
+    """None switches a limit off. SI units; thrusts per rotor and signed."""
+
+    rotor_min: float
+    rotor_max: float
+    speed_max: float | None = None
+    floor: float | None = None  # lowest height in W
+    body_rate_max: float | None = None
+    force_z_min: float | None = None  # upright flight; not asked of purely vertical flight with variable pitch
+    force_min: float | None = None  # |F|: keeps the attitude from turning at once; the same exception
+
+    @classmethod
+    def of(
+        cls, vehicle: Vehicle, kind: Literal["mission", "rotors"] = "mission", margin: float | None = None
+    ) -> Limits:
+        """`mission`: rotor thrust with a margin (0.1: ten percent of the largest thrust, on both sides, but never more
+        than half the way to hover on the lower), speed, body rate, floor, and a vertical force that the outer loop can
+        hold upright. `rotors`: rotor thrust alone, margin 0.
+
+        Both keep the thrust axis above the horizon (reference PAPER 7.4): fixed pitch F_z >= 4 f_min, in missions
+        half the weight, where its outer loop clamps; variable pitch a small part of the weight.
+        """
+        rotor, mission = vehicle.rotor, kind == "mission"
+        margin = (0.1 if mission else 0.0) if margin is None else margin
+        hover = vehicle.weight / 4.0
+        lower = min(rotor.thrust_min_N + margin * rotor.thrust_max_N, (rotor.thrust_min_N + hover) / 2.0)
+        if vehicle.variable_pitch:
+            force_z_min = (0.1 if mission else 0.04) * vehicle.weight
+        else:
+            force_z_min = max(4.0 * rotor.thrust_min_N, 0.5 * vehicle.weight if mission else 0.0)
+        return cls(
+            rotor_min=lower if margin > 0.0 else rotor.thrust_min_N,
+            rotor_max=(1.0 - margin) * rotor.thrust_max_N,
+            speed_max=vehicle.speed_max_m_s if mission else None,
+            floor=_FLOOR if mission else None,
+            body_rate_max=vehicle.body_rate_max_rad_s if mission else None,
+            force_z_min=force_z_min,
+        )
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """Where one quantity comes closest to its limit, or farthest beyond."""
+
+    limit: str  # rotor_min, rotor_max, speed, floor, body_rate, force_z, force
+    rotor: int | None  # 1..4
+    segment: int
+    time: float
+    quantity: float
+    allowed: float
+    relative: float  # margin over a scale of its own; >= 0 is flyable
+
+    @property
+    def margin(self) -> float:
+        """In the quantity's unit."""
+        return self.quantity - self.allowed if self.limit in _LOWER else self.allowed - self.quantity
+
+
+_LOWER = ("rotor_min", "floor", "force_z", "force")
+
+
+@dataclass(frozen=True)
+class Margins:
+    extremes: tuple[Extreme, ...]  # the worst of each limit and rotor, in the order of `rows`
+    by_segment: Array  # (rows, N) relative margins, the least of each segment
+    rotor_min: tuple[float, ...]  # [N], smallest thrust of each rotor
+    rotor_max: tuple[float, ...]
+
+    @property
+    def worst(self) -> Extreme:
+        return min(self.extremes, key=lambda extreme: extreme.relative)
+
+    @property
+    def checked(self) -> bool:
+        """True if no limit is exceeded."""
+        return self.worst.relative >= 0.0
+
+    @property
+    def violation(self) -> float:
+        """[N], by how much a rotor exceeds its limit; 0 if none does."""
+        return max(0.0, *(-extreme.margin for extreme in self.extremes if extreme.limit in ("rotor_min", "rotor_max")))
+
+
+@dataclass(frozen=True)
+class Row:
+    limit: str
+    rotor: int | None
+    allowed: float  # NaN: depends on the segment
+    scale: float
+
+
+def rows(vehicle: Vehicle, limits: Limits) -> list[Row]:
+    """The rows of `relative_margins`, in its order."""
+    named = [Row("rotor_min", i, limits.rotor_min, vehicle.rotor.thrust_max_N) for i in range(1, 5)]
+    named += [Row("rotor_max", i, limits.rotor_max, vehicle.rotor.thrust_max_N) for i in range(1, 5)]
+    if limits.speed_max is not None:
+        named.append(Row("speed", None, np.nan, limits.speed_max))
+    if limits.floor is not None:
+        named.append(Row("floor", None, limits.floor, 1.0))
+    if limits.body_rate_max is not None:
+        named.append(Row("body_rate", None, limits.body_rate_max, limits.body_rate_max))
+    if limits.force_z_min is not None:
+        named.append(Row("force_z", None, limits.force_z_min, vehicle.weight))
+    if limits.force_min is not None:
+        named.append(Row("force", None, limits.force_min, vehicle.weight))
+    return named
+
+
+def relative_margins(
+    vehicle: Vehicle,
+    limits: Limits,
+    *,
+    rotors: Array,
+    force: Array,
+    rate: Array,
+    velocity: Array,
+    height: Array,
+    speed_max: Array,
+    exempt: ArrayLike,
+) -> Array:
+    """(rows, ...): margin over scale of each limit. rotors (4, ...), force, rate and velocity (3, ...), height and
+    speed_max (...); exempt: where the force limits do not apply (purely vertical with variable pitch)."""
+    scale = vehicle.rotor.thrust_max_N
+    found = [(rotors - limits.rotor_min) / scale, (limits.rotor_max - rotors) / scale]
+    if limits.speed_max is not None:
+        found.append((speed_max - _size(velocity))[None] / limits.speed_max)
+    if limits.floor is not None:
+        found.append((height - limits.floor)[None])
+    if limits.body_rate_max is not None:
+        found.append(1.0 - _size(rate)[None] / limits.body_rate_max)
+    if limits.force_z_min is not None:
+        found.append(np.where(exempt, 1.0, (force[2] - limits.force_z_min) / vehicle.weight)[None])
+    if limits.force_min is not None:
+        found.append(np.where(exempt, 1.0, (_size(force) - limits.force_min) / vehicle.weight)[None])
+    return np.concatenate(found)
+
+
+def _size(vector: Array) -> Array:
+    return np.asarray(np.sqrt((vector * vector).sum(axis=0)))
+
+
+def margins(
+    trajectory: PiecewisePolynomial,
+    vehicle: Vehicle,
+    limits: Limits,
+    samples_per_segment: int = 1000,
+    *,
+    segment_speed_max: ArrayLike | None = None,
+    flips: Sequence[float] = (),
+) -> Margins:
+    """The smallest margin to each limit over the whole trajectory, and where.
+
+    segment_speed_max (N,): speed limit of each segment where it is below limits.speed_max. flips: as for
+    `inverse_dynamics`. Of all local minima of a margin, the smallest and every one close to zero are refined.
+    """
+    t = _sample_times(trajectory, samples_per_segment)
+    fastest = np.full(len(trajectory.durations), np.inf if limits.speed_max is None else limits.speed_max)
+    if segment_speed_max is not None:
+        fastest = np.minimum(fastest, np.asarray(segment_speed_max, dtype=float))
+
+    def evaluate(t: Array, dense: FlatOutputs | None = None) -> tuple[Array, FlatOutputs]:
+        derivatives = trajectory.derivatives(t)
+        outputs = inverse_dynamics(t, derivatives, vehicle, flips, None if dense is None else dense.charts)
+        found = relative_margins(
+            vehicle,
+            limits,
+            rotors=outputs.rotors.T,
+            force=outputs.force.T,
+            rate=outputs.w_WD_D.T,
+            velocity=derivatives[:, 1, :3].T,
+            height=derivatives[:, 0, 2],
+            speed_max=fastest[_segment(trajectory, t)],
+            exempt=outputs.vertical & vehicle.variable_pitch,
+        )
+        return found, outputs
+
+    sampled, dense = evaluate(t)
+    row, k = _near_critical_minima(sampled)
+    best_t, best = t[k], sampled[row, k]
+    low, high = t[np.maximum(k - 1, 0)], t[np.minimum(k + 1, len(t) - 1)]
+    for _ in range(_REFINE_ROUNDS):
+        grid = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, _REFINE_POINTS)
+        order = np.argsort(grid, axis=None, kind="stable")
+        unsorted = np.empty_like(order)
+        unsorted[order] = np.arange(order.size)
+        fine = evaluate(grid.ravel()[order], dense)[0][:, unsorted].reshape(-1, *grid.shape)
+        fine = fine[row, np.arange(len(row))]
+        at = fine.argmin(axis=1)
+        chosen = np.arange(len(row)), at
+        best_t = np.where(fine[chosen] < best, grid[chosen], best_t)
+        best = np.minimum(best, fine[chosen])
+        step = (high - low) / (_REFINE_POINTS - 1)
+        low, high = np.maximum(low, best_t - step), np.minimum(high, best_t + step)
+    starts = np.arange(len(fastest)) * samples_per_segment
+    by_segment = np.minimum.reduceat(sampled, starts, axis=1)
+    for i, segment, relative in zip(row, _segment(trajectory, best_t), best, strict=True):
+        by_segment[i, segment] = min(by_segment[i, segment], relative)
+    extremes = _extremes(trajectory, rows(vehicle, limits), row, best_t, best, fastest)
+    return Margins(
+        extremes,
+        by_segment,
+        tuple(extreme.quantity for extreme in extremes if extreme.limit == "rotor_min"),
+        tuple(extreme.quantity for extreme in extremes if extreme.limit == "rotor_max"),
+    )
+
+
+def _sample_times(trajectory: PiecewisePolynomial, per_segment: int) -> Array:
+    inner = trajectory.times[:-1, None] + trajectory.durations[:, None] * np.arange(per_segment) / per_segment
+    return np.append(inner.ravel(), trajectory.times[-1])
+
+
+def _segment(trajectory: PiecewisePolynomial, t: Array) -> NDArray[np.intp]:
+    return np.clip(np.searchsorted(trajectory.times, t, side="right") - 1, 0, len(trajectory.times) - 2)
+
+
+def _near_critical_minima(sampled: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(row, sample) of the least margin of each row and of all local minima close to zero."""
+    padded = np.pad(sampled, ((0, 0), (1, 1)), constant_values=np.inf)
+    local = (sampled <= padded[:, :-2]) & (sampled < padded[:, 2:]) & (sampled < _REFINE_BELOW)
+    local[np.arange(len(sampled)), sampled.argmin(axis=1)] = True
+    row, k = np.nonzero(local)
+    return row, k
+
+
+def _extremes(
+    trajectory: PiecewisePolynomial, named: list[Row], row: NDArray[np.intp], t: Array, relative: Array, fastest: Array
+) -> tuple[Extreme, ...]:
+    extremes = []
+    for i, what in enumerate(named):
+        mine = np.flatnonzero(row == i)
+        at = mine[relative[mine].argmin()]
+        segment = int(_segment(trajectory, t[at : at + 1])[0])
+        allowed = float(fastest[segment]) if np.isnan(what.allowed) else what.allowed
+        margin = float(relative[at]) * what.scale
+        quantity = allowed + margin if what.limit in _LOWER else allowed - margin
+        extremes.append(Extreme(what.limit, what.rotor, segment, float(t[at]), quantity, allowed, float(relative[at])))
+    return tuple(extremes)

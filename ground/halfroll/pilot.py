@@ -1,0 +1,148 @@
+"""The pilot: what a person at a ground control station does, as `halfroll fly` does it for them.
+
+Why: a flight is flown through the same door that QGroundControl uses. It uploads, reads back, arms, starts and watches;
+everything it waits for is a message or vehicle time, so the same seed flies the same flight.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+from halfroll import conversations
+from halfroll import link as wire
+from halfroll.conversations import Conversation, Talk, Wait
+from halfroll.errors import FlightError, HalfrollError, LinkError, MissionError
+from halfroll.link import Link, Message
+from halfroll.mission import Mission
+from halfroll.record import Event
+from halfroll.transport import Clock, wall_s
+
+HEARTBEAT_S = 1.0
+ARM_RETRY_S, ARM_PATIENCE_S = 0.5, 20.0  # vehicle time: the estimator may still be settling
+SHUT_DOWN = 2.0
+_RUN_PREARM_CHECKS = 401
+_NAMES_AN_ITEM = re.compile(r"item (\d+)")
+
+
+class Pilot:
+    """Give it every message of its link (`hear`), and a moment now and then (`go_on`).
+
+    may_start: the mission is planned, or cannot be; plan_error: why not.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        mission: Mission,
+        may_start: Callable[[], bool],
+        plan_error: Callable[[], HalfrollError | None],
+        report: Callable[[Event], None] = lambda _: None,
+        clock: Clock = wall_s,
+    ) -> None:
+        self._link, self._mission, self._may_start, self._plan_error = link, mission, may_start, plan_error
+        self._report, self._clock = report, clock
+        self._heartbeat_s = -math.inf
+        self._armed: bool | None = None
+        self._current: wire.MissionCurrent | None = None
+        self.texts: list[str] = []
+        self._talk: Talk[None] = Talk(link, self._flight(), clock)
+
+    @property
+    def awaits_answer(self) -> bool:
+        return self._talk.awaits_answer
+
+    @property
+    def done(self) -> bool:
+        return self._talk.done
+
+    @property
+    def item(self) -> int | None:
+        """Being flown, as last heard."""
+        return self._current.seq if self._current else None
+
+    def hear(self, message: Message) -> None:
+        if isinstance(message, wire.Heartbeat):
+            self._armed = message.armed
+        elif isinstance(message, wire.MissionCurrent):
+            self._current = message
+        elif isinstance(message, wire.StatusText):
+            self.texts.append(message.text)
+            self._tell("text", message.text)
+        self._talk.hear(message)
+
+    def go_on(self) -> None:
+        """Heartbeat and lost answers. Raises what ended the flight."""
+        if self._clock() - self._heartbeat_s >= HEARTBEAT_S and self._link.vehicle_system is not None:
+            self._heartbeat_s = self._clock()
+            self._link.send(self._link.heartbeat())
+        self._talk.go_on()
+
+    def _flight(self) -> Conversation[None]:
+        yield Wait(lambda m: isinstance(m, wire.Heartbeat))
+        yield from self._store()
+        yield Wait(lambda _: self._may_start())
+        yield from self._start()
+        yield from self._watch()
+        yield from self._command(conversations.SHUTDOWN, SHUT_DOWN, what="a shutdown")
+
+    def _store(self) -> Conversation[None]:
+        items = self._mission.items
+        self._tell("upload", f"uploading {len(items)} items")
+        yield from conversations.upload(self._link, items)
+        _, stored = yield from conversations.download(self._link)
+        seq = conversations.differing_item(items, stored)
+        if seq is not None:
+            raise LinkError(f"mission item {seq} is not stored as it was sent; is another program uploading?")
+        self._tell("uploaded", f"{len(items)} items stored as sent")
+
+    def _start(self) -> Conversation[None]:
+        result = yield from conversations.set_mode(self._link, wire.MISSION)
+        if result != wire.ACCEPTED:
+            raise self._refusal("the mission was not started")
+        error = self._plan_error()
+        if error:  # the autopilot's own reason is the better one
+            yield from self._command(_RUN_PREARM_CHECKS, what="the arming checks")
+            raise self._item_refused("the mission cannot be started") or error
+        tried_until_us = self._link.t_us + 1e6 * ARM_PATIENCE_S
+        while (yield from self._command(conversations.ARM_DISARM, 1.0, what="arming")) != wire.ACCEPTED:
+            refused = self._item_refused("the mission cannot be started")
+            if refused or self._link.t_us > tried_until_us:
+                raise refused or self._refusal("the vehicle was not armed")
+            again_us = self._link.t_us + 1e6 * ARM_RETRY_S
+            yield Wait(self._time_reaches(again_us))
+        self._tell("armed", "armed, taking off")
+
+    def _watch(self) -> Conversation[None]:
+        """Until it has landed and disarmed itself."""
+        yield Wait(lambda _: bool(self._armed))
+        yield Wait(lambda _: not self._armed)
+        yield Wait(lambda m: isinstance(m, wire.MissionCurrent))
+        if self._current is None or self._current.state != wire.COMPLETE:
+            at = self._current.seq if self._current else 0
+            said = f"; it said: {self.texts[-1]}" if self.texts else ""
+            raise FlightError(f"the vehicle landed before the mission was complete, at item {at}{said}", at)
+        self._tell("landed", "landed and disarmed, mission complete")
+
+    def _time_reaches(self, t_us: float) -> Callable[[Message | None], bool]:
+        return lambda _: self._link.t_us >= t_us
+
+    def _command(self, number: int, *params: float, what: str) -> Conversation[int]:
+        return conversations.command(self._link, number, *params, what=what)
+
+    def _item_refused(self, what: str) -> MissionError | None:
+        """The autopilot's latest text that names an item, as an error about it."""
+        for text in reversed(self.texts):
+            named = _NAMES_AN_ITEM.search(text)
+            if named and "not planned" not in text and "not flown" not in text:
+                return MissionError(f"{what}; the autopilot says: {text}", int(named[1]))
+        return None
+
+    def _refusal(self, what: str) -> HalfrollError:
+        said = f"; the autopilot says: {self.texts[-1]}" if self.texts else ""
+        return self._item_refused(what) or FlightError(what + said)
+
+    def _tell(self, kind: str, text: str, **more: Any) -> None:
+        self._report(Event(kind, self._link.t_us * 1e-6, text, **more))

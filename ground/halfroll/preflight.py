@@ -1,0 +1,145 @@
+"""What can be known before flying: what a mission asks for, what is not supported, and its plan.
+
+Why: the arrows Mission → Course → Plan in one place, for Python users and the command line alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from halfroll.course import Course, course, with_takeoff_and_landing
+from halfroll.errors import HalfrollError, InputError, MissionError
+from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.mission import Mission
+from halfroll.mission_check import Finding, check_items
+from halfroll.mission_files import load_mission
+from halfroll.vehicle import Vehicle, load_vehicle
+
+if TYPE_CHECKING:
+    from halfroll.plan import Plan
+
+MODES = ("paper",)
+Overrides = Mapping[str, str | float]
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Preflight:
+    """What `check` found. There is no plan when items stand in its way (`refusals`), when none is needed, or when none
+    is possible (`no_plan` says why).
+    """
+
+    mission: Mission
+    vehicle: Vehicle
+    added: tuple[str, ...]  # what `fly` adds to the mission, a sentence each
+    findings: tuple[Finding, ...]
+    course: Course | None
+    plan: Plan | None
+    no_plan: HalfrollError | None
+
+    @property
+    def refusals(self) -> tuple[Finding, ...]:
+        return tuple(finding for finding in self.findings if finding.is_error)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is not flown as the file says."""
+        return (*self.mission.warnings, *(str(note) for note in (self.course.notes if self.course else ())))
+
+    @property
+    def supported(self) -> bool:
+        return not self.refusals
+
+    @property
+    def error(self) -> HalfrollError | None:
+        """Why `fly` would not fly it."""
+        if self.refusals:
+            first, more = self.refusals[0], len(self.refusals) - 1
+            return MissionError(f"{first}{f' (and {more} more)' if more else ''}", first.index)
+        return self.no_plan
+
+
+def plan(
+    mission: Mission | str | Path,
+    vehicle: Vehicle | str | Path = "mit-vp",
+    *,
+    mode: str = "paper",
+    limits: Literal["mission", "rotors"] = "mission",
+    margin: float | None = None,
+    overrides: Overrides | None = None,
+    progress: Progress = lambda _: None,
+) -> Plan:
+    """The shortest certified flight found through a mission, from its first to its last point.
+
+    limits: "mission" (all) or "rotors" (rotor thrust alone); margin: share of the rotors' thrust that is kept free,
+    None for the limits' own; overrides: numbers of the vehicle by dotted key. Raises InputError and PlanError.
+    """
+    if mode not in MODES:
+        raise InputError(f"mode {mode!r} is not known; give one of {', '.join(MODES)}")
+    mission, vehicle = _mission(mission), _vehicle(vehicle, overrides)
+    flown = course(mission, mission.planned_home or DEFAULT_ORIGIN)
+    if len(flown.waypoints) < 2:
+        raise MissionError("nothing to plan: it ends before it has two different positions; add a waypoint")
+    return _plan(flown, vehicle, limits, margin, progress)
+
+
+def check(
+    mission: Mission | str | Path,
+    vehicle: Vehicle | str | Path = "mit-vp",
+    *,
+    limits: Literal["mission", "rotors"] = "mission",
+    margin: float | None = None,
+    overrides: Overrides | None = None,
+    progress: Progress = lambda _: None,
+) -> Preflight:
+    """Everything about a mission that a person should know before `fly`; the vehicle stands where `fly` puts it.
+
+    Raises InputError only for what cannot be read at all.
+    """
+    mission, vehicle = _mission(mission), _vehicle(vehicle, overrides)
+    complete, added = with_takeoff_and_landing(mission)
+    origin = home_of(mission)
+    findings = tuple(check_items(complete.items, origin))
+    flown, planned, no_plan = None, None, None
+    if not any(finding.is_error for finding in findings):
+        try:
+            flown = course(complete, origin)
+            if len(flown.waypoints) >= 2:
+                planned = _plan(flown, vehicle, limits, margin, progress)
+        except HalfrollError as error:
+            no_plan = error
+    return Preflight(complete, vehicle, tuple(added), findings, flown, planned, no_plan)
+
+
+def home_of(mission: Mission) -> GeoPoint:
+    """Where the simulated vehicle stands: where QGroundControl planned it to, else at the simulator's own place.
+
+    The home of a .waypoints file is where that list was made, often on another continent, and no wish.
+    """
+    planned = mission.source is not None and mission.source.suffix == ".plan"
+    return mission.planned_home if planned and mission.planned_home else DEFAULT_ORIGIN
+
+
+def _mission(mission: Mission | str | Path) -> Mission:
+    return mission if isinstance(mission, Mission) else load_mission(mission)
+
+
+def _vehicle(vehicle: Vehicle | str | Path, overrides: Overrides | None) -> Vehicle:
+    if isinstance(vehicle, Vehicle):
+        if overrides:
+            raise InputError(
+                "overrides change a vehicle named or read from a file; a Vehicle that is built stays as it is"
+            )
+        return vehicle
+    return load_vehicle(vehicle, overrides)
+
+
+def _plan(
+    flown: Course, vehicle: Vehicle, limits: Literal["mission", "rotors"], margin: float | None, progress: Progress
+) -> Plan:
+    from halfroll.plan import Limits, plan_course
+
+    return plan_course(flown.waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)

@@ -1,0 +1,213 @@
+"""References: path and measured state become one setpoint a tick (100 Hz), by the outer loop that is on board too.
+
+Why: three fields of SET_ATTITUDE_TARGET are taken from three moments of the path, each lead removing one lag between
+here and the rotors. This is the only place that knows the leads (reference SPLIT, section 1).
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from halfroll import segments
+from halfroll.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from halfroll._firmware import FlatReference, OuterLoop, Setpoint
+    from halfroll._firmware import Vehicle as FirmwareVehicle
+    from halfroll.plan import Plan
+
+Array = NDArray[np.float64]
+
+TICK_S = 0.010  # one setpoint each
+SIGMA_WINDOW_S = 0.06  # the sign of the thrust is free this close to an event of sigma
+TABLE_STEP_S = 0.001  # time stamps are whole milliseconds
+# Autopilot parameters the outer loop depends on: the ground flies with what the vehicle has, not with what it believes.
+PARAMETERS = (
+    "ACT_LEAD", "ATT_WN", "ATT_ZETA", "FADE_FORCE", "HOLD_FORCE", "LAG_COMP", "POS_KD_XY", "POS_KD_Z", "POS_KI_XY",
+    "POS_KI_Z", "POS_KP_XY", "POS_KP_Z", "SIGN_RULE", "VEH_T_REF",
+)  # fmt: skip
+_APPROACH_ACCELERATION, _APPROACH_SPEED, _APPROACH_SHORTEST_S = 2.0, 3.0, 0.5  # m/s², m/s
+_PEAK_SPEED, _PEAK_ACCELERATION = 2.47, 9.5  # of a 9th-order rest-to-rest move, in distance/T and distance/T²
+
+
+class TelemetryLike(Protocol):
+    """What of a telemetry sample counts here (link.Telemetry has it)."""
+
+    @property
+    def t_us(self) -> int: ...
+    @property
+    def q_WB(self) -> Array: ...
+    @property
+    def w_WB_B(self) -> Array: ...
+    @property
+    def p_WB(self) -> Array: ...
+    @property
+    def v_WB(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Leads:
+    """How far ahead of the tick each field is taken [s]; the attitude is taken at the tick itself."""
+
+    mid_age: float  # mean age of a setpoint while it is in use
+    rate: float
+    thrust: float
+
+    @classmethod
+    def of(cls, params: Mapping[str, float], link_delay: float) -> Leads:
+        """params: the autopilot's; link_delay: what the wire is believed to take [s], 0 in lockstep.   SPLIT 1"""
+        mid_age = link_delay + TICK_S / 2.0
+        rate_gain = 2.0 * params["ATT_ZETA"] * params["ATT_WN"]  # zw = Kd / J
+        return cls(mid_age, 1.0 / rate_gain + mid_age, params["ACT_LEAD"] + mid_age)
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path as a table over its own time, 1 ms apart; before its start and after its end it is at rest.
+
+    derivatives (N, 5, 4): position to snap of x, y, z [m] in W and yaw [rad]; rates (N, 3): body rates [rad/s] that its
+    exact inverse dynamics need, body components; sigma_events: when the thrust turns over, upright before the first.
+    """
+
+    derivatives: Array
+    rates: Array
+    sigma_events: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        return (len(self.derivatives) - 1) * TABLE_STEP_S
+
+    def at(self, t: float) -> Array:
+        """(5, 4), linear between table rows."""
+        return _interpolated(self.derivatives, t)
+
+    def rate_at(self, t: float) -> Array:
+        return _interpolated(self.rates, t)
+
+    def sigma_at(self, t: float) -> float:
+        return -1.0 if bisect_right(self.sigma_events, t) % 2 else 1.0
+
+    def is_near_sigma_event(self, t: float) -> bool:
+        return any(abs(t - event) < SIGMA_WINDOW_S for event in self.sigma_events)
+
+
+def _interpolated(table: Array, t: float) -> Array:
+    row = min(max(t / TABLE_STEP_S, 0.0), float(len(table) - 1))
+    below = min(int(row + 1e-6), max(len(table) - 2, 0))
+    share = row - below
+    return np.asarray(table[below] + share * (table[min(below + 1, len(table) - 1)] - table[below]))
+
+
+def _rows(duration: float) -> Array:
+    return np.asarray(np.arange(math.ceil(duration / TABLE_STEP_S - 1e-9) + 1) * TABLE_STEP_S, dtype=np.float64)
+
+
+def path_of(plan: Plan) -> Path:
+    """The plan's table. Its last row lies at or just after the plan's end, where it is at rest."""
+    t = _rows(plan.T)
+    return Path(plan.trajectory.derivatives(t, 5), plan.rates(t), plan.sigma_events)
+
+
+def approach(state: TelemetryLike, position: ArrayLike, yaw: float) -> Path:
+    """From where the vehicle is, with its velocity, gently to rest at position (3,) in W, turned to yaw."""
+    away = np.asarray(position, dtype=np.float64) - state.p_WB
+    yaw_now = heading(state.q_WB)
+    turn = math.remainder(yaw - yaw_now, 2.0 * math.pi)
+    distance, speed = float(np.linalg.norm(away)), float(np.linalg.norm(state.v_WB))
+    duration = max(
+        _APPROACH_SHORTEST_S,
+        math.sqrt(_PEAK_ACCELERATION * distance / _APPROACH_ACCELERATION),
+        _PEAK_SPEED * distance / _APPROACH_SPEED,
+        4.0 * speed / _APPROACH_ACCELERATION,
+        abs(turn),
+    )
+    start = segments.rest([*state.p_WB, yaw - turn])
+    start[1, :3] = state.v_WB
+    pieces = segments.solve([start, segments.rest([*np.asarray(position, dtype=np.float64), yaw])], [duration])
+    t = _rows(duration)
+    return Path(pieces.derivatives(t, 5), np.zeros((len(t), 3)))  # so gentle that its rates need no lead
+
+
+def heading(q_WB: Array) -> float:
+    """Yaw of the body's nose [rad], counter-clockwise from north."""
+    w, x, y, z = q_WB
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+class References:
+    """One setpoint a tick along a path. `loop` is the bound outer loop, holding the autopilot's gains; flat makes its
+    FlatReference of (5, 4) derivatives."""
+
+    def __init__(self, loop: OuterLoop, leads: Leads, flat: Callable[[Array], FlatReference]) -> None:
+        self._loop, self._leads, self._flat = loop, leads, flat
+
+    @classmethod
+    def for_vehicle(cls, vehicle: Vehicle, params: Mapping[str, float], link_delay: float) -> References:
+        """params: the autopilot's, at least PARAMETERS."""
+        from halfroll import _firmware
+
+        bound = _firmware.Params()
+        for name in PARAMETERS:
+            bound[name] = params[name]
+        return cls(_firmware.OuterLoop(firmware_vehicle(vehicle), bound), Leads.of(params, link_delay), _flat)
+
+    def begin(self, state: TelemetryLike) -> None:
+        """Forget what was flown before; continue from this attitude."""
+        self._loop.reset(state.q_WB)
+
+    def setpoint(self, path: Path, start_us: int, state: TelemetryLike) -> Setpoint:
+        """What to send at the tick of `state` when `path` began at start_us of vehicle time."""
+        t = (state.t_us - start_us) * 1e-6
+        now = self._flat(path.at(t))
+        return self._loop.step(
+            t_us=state.t_us,
+            q_WB=state.q_WB,
+            w_WB_B=state.w_WB_B,
+            p_WB=state.p_WB,
+            v_WB=state.v_WB,
+            at_sample=now,  # telemetry is the estimate for its own stamp, the tick
+            now=now,
+            lead_acceleration=path.at(t + self._leads.thrust)[2, :3],
+            lead_rate=path.rate_at(t + self._leads.rate) - path.rate_at(t),
+            mid_age=self._leads.mid_age,
+            sigma=path.sigma_at(t),
+            sigma_event_near=path.is_near_sigma_event(t),
+        )
+
+
+def _flat(derivatives: Array) -> FlatReference:
+    from halfroll import _firmware
+
+    position, velocity, acceleration, jerk, snap = derivatives[:, :3]
+    yaw, yaw_rate, yaw_acceleration = derivatives[:3, 3].tolist()
+    return _firmware.FlatReference(
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        jerk=jerk,
+        snap=snap,
+        yaw=yaw,
+        yaw_rate=yaw_rate,
+        yaw_acceleration=yaw_acceleration,
+    )
+
+
+def firmware_vehicle(vehicle: Vehicle) -> FirmwareVehicle:
+    """The vehicle as the firmware's C++ knows it."""
+    from halfroll import _firmware
+
+    kinds = _firmware.RotorKind
+    bound = _firmware.Vehicle()
+    bound.mass, bound.inertia = vehicle.mass_kg, np.array(vehicle.inertia_kg_m2)
+    bound.arm, bound.yaw_coefficient = vehicle.arm_m, vehicle.yaw_coefficient_m
+    bound.rotor_kind = kinds.VARIABLE_PITCH if vehicle.variable_pitch else kinds.FIXED_PITCH
+    bound.thrust_min, bound.thrust_max = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
+    bound.rotor_lag, bound.rotor_lag_down = vehicle.rotor.lag_s, vehicle.rotor.lag_down_s
+    return bound
