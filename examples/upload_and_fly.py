@@ -15,9 +15,12 @@ takes over once the vehicle has taken off.
 
 import json
 import math
+import os
 import sys
+import time
 from pathlib import Path
 
+os.environ.setdefault("MAVLINK20", "1")  # before pymavlink is imported
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mav
 
@@ -26,21 +29,21 @@ MISSION_MODE = (4, 4)  # main and sub mode
 COMPLETE = 5  # MISSION_CURRENT.mission_state
 HOME = (47.397742, 8.545594)
 ANSWER_WITHIN_S = 5.0
-POSITION_COMMANDS = (mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_NAV_WAYPOINT, mav.MAV_CMD_NAV_LAND)
+ARMING_TRIES = 20
+AUTOPILOT = 1  # component id
 
 Item = tuple[int, int, list[float]]  # command, frame, param 1..7 with latitude and longitude in degrees
 
 
 def box() -> list[Item]:
     """Up 3 m, around a 4 m square, down again."""
-    metre = 1.0 / 111_200.0
-    corners = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0)]
-    commands = [mav.MAV_CMD_NAV_TAKEOFF, *[mav.MAV_CMD_NAV_WAYPOINT] * 4, mav.MAV_CMD_NAV_LAND]
-    heights = [3.0] * 5 + [0.0]
-    places = [(HOME[0] + n * metre, HOME[1] + e * metre / math.cos(math.radians(HOME[0]))) for n, e in [*corners, (0, 0)]]
+    takeoff, waypoint, land = mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_NAV_WAYPOINT, mav.MAV_CMD_NAV_LAND
+    legs = [(takeoff, 0, 0), (waypoint, 4, 0), (waypoint, 4, 4), (waypoint, 0, 4), (waypoint, 0, 0), (land, 0, 0)]
+    north_deg = 1.0 / 111_200.0
+    east_deg = north_deg / math.cos(math.radians(HOME[0]))
     return [
-        (command, 3, [0.0, 0.0, 0.0, math.nan, lat, lon, height])
-        for command, (lat, lon), height in zip(commands, places, heights)
+        (number, 3, [0.0, 0.0, 0.0, math.nan, HOME[0] + n * north_deg, HOME[1] + e * east_deg, 3.0 * (number != land)])
+        for number, n, e in legs
     ]
 
 
@@ -86,9 +89,31 @@ def command(link: mavutil.mavfile, number: int, *params: float) -> bool:
             return answer.result == mav.MAV_RESULT_ACCEPTED
 
 
+def wait_for_plan(link: mavutil.mavfile) -> None:
+    """The ground station says so through the autopilot."""
+    while True:
+        message = wait_for(link, "STATUSTEXT", "HEARTBEAT")
+        if message.get_type() == "STATUSTEXT":
+            print(f"  {message.text}")
+            if "plan ready" in message.text or ("plan" in message.text and "not" in message.text):
+                return
+
+
+def start(link: mavutil.mavfile) -> None:
+    """Mission mode, then arm, which starts it; the autopilot may still be finding out where it is."""
+    if not command(link, mav.MAV_CMD_DO_SET_MODE, 1, *MISSION_MODE):
+        sys.exit(f"it does not start: {wait_for(link, 'STATUSTEXT').text}")
+    for _ in range(ARMING_TRIES):
+        if command(link, mav.MAV_CMD_COMPONENT_ARM_DISARM, 1):
+            return
+        reason = wait_for(link, "STATUSTEXT").text
+        time.sleep(1.0)
+    sys.exit(f"it does not arm: {reason}")
+
+
 def watch_until_landed(link: mavutil.mavfile) -> int:
     """Prints what happens; the state of the mission when the vehicle has disarmed."""
-    state, seq = 0, -1
+    state, seq, has_armed = 0, -1, False
     while True:
         message = wait_for(link, "HEARTBEAT", "MISSION_CURRENT", "STATUSTEXT")
         if message.get_type() == "STATUSTEXT":
@@ -98,25 +123,24 @@ def watch_until_landed(link: mavutil.mavfile) -> int:
             if message.seq != seq:
                 seq = message.seq
                 print(f"on the way to item {seq}")
-        elif message.get_srcComponent() == 1 and not message.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED:
-            return state
+        elif message.get_srcComponent() == AUTOPILOT:
+            armed = bool(message.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
+            if has_armed and not armed:
+                return state
+            has_armed = armed
 
 
 def main() -> None:
     items = read(Path(sys.argv[1])) if len(sys.argv) > 1 else box()
-    link = mavutil.mavlink_connection(f"udpin:127.0.0.1:{GCS_PORT}", source_system=255, source_component=190, dialect="common")
-    while link.recv_match(type="HEARTBEAT", blocking=True, timeout=ANSWER_WITHIN_S).get_srcComponent() != 1:
+    link = mavutil.mavlink_connection(f"udpin:127.0.0.1:{GCS_PORT}", source_system=255, source_component=190)
+    while (heard := wait_for(link, "HEARTBEAT")).get_srcComponent() != AUTOPILOT:
         pass
-    link.target_system, link.target_component = link.sysid or 1, 1
+    link.target_system, link.target_component = heard.get_srcSystem(), AUTOPILOT
     upload(link, items)
-    print(f"{len(items)} items stored; waiting for the plan")
-    while "plan" not in wait_for_text(link):
-        pass
-    if not command(link, mav.MAV_CMD_DO_SET_MODE, 1, *MISSION_MODE) or not command(link, mav.MAV_CMD_COMPONENT_ARM_DISARM, 1):
-        sys.exit(f"it does not start: {wait_for_text(link)}")
+    print(f"{len(items)} items stored")
+    wait_for_plan(link)
+    start(link)
     print("armed and started")
-    while not wait_for(link, "HEARTBEAT").base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED:
-        pass
     state = watch_until_landed(link)
     print("landed and disarmed, mission " + ("complete" if state == COMPLETE else f"not complete (state {state})"))
     sys.exit(state != COMPLETE)

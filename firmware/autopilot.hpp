@@ -183,6 +183,7 @@ class Autopilot : private MissionItems {
   link::Text<50> problem_;               // of the stored mission, in words
   std::int64_t time_asked_ns_ = -1;
   bool time_answered_ = true;
+  bool ask_time_now_ = false;
   std::uint32_t ground_frames_ = 0;
 };
 

@@ -45,6 +45,8 @@ LinkOutputs Autopilot::finish(const LinkInputs& in) {
   param_service_.service(in.wall_us, params_, outbox_);
   missions_.set_current(runner_.current());
   streams_.show_changes(status(), outbox_);
+  if (ask_time_now_) outbox_.send({0, 0}, link::Timesync{0, time_asked_ns_});  // last: what is answered has been sent
+  ask_time_now_ = false;
   LinkOutputs out;
   out.store = missions_.take_storage();
   if (out.store.slot == link::StorageSlot::kNone && param_service_.save_due(in.wall_us)) out.store = param_service_.save(params_);
@@ -56,10 +58,9 @@ LinkOutputs Autopilot::finish(const LinkInputs& in) {
 }
 
 void Autopilot::ask_time() {
-  outbox_.begin(static_cast<std::uint8_t>(params_.system_id), t_us_);
   time_asked_ns_ = static_cast<std::int64_t>(t_us_) * 1000;
   time_answered_ = false;
-  outbox_.send({0, 0}, link::Timesync{0, time_asked_ns_});
+  ask_time_now_ = true;
 }
 
 /// One overload per kind of message.

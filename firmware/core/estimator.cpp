@@ -73,14 +73,14 @@ Estimator::Past Estimator::past(std::uint64_t t_us) const {
 // be of an instant before this correction, does not apply it again. Gains begin as those of a growing memory (1, then
 // smaller), so the second pose already gives the velocity, and end as the parameters'.
 void Estimator::correct(std::uint64_t t_us, const PoseFix& pose, const Params& params) {
-  const bool first = poses_ == 0;
-  if (first) first_pose_us_ = t_us;
-  poses_ = std::min<std::uint32_t>(poses_ + 1, 1000);
+  if (poses_ == 0) first_pose_us_ = t_us;
+  const bool tracking = poses_ > 0 && last_pose_us_ >= first_pose_us_;
+  poses_ = tracking ? std::min<std::uint32_t>(poses_ + 1, 1000) : 1;
   const auto n = static_cast<float>(poses_);
-  const float interval = first ? 1.F : 1e-6F * static_cast<float>(pose.t_us - last_pose_us_);
+  const float interval = tracking ? 1e-6F * static_cast<float>(pose.t_us - last_pose_us_) : 1.F;
   const float attitude_gain = std::max(params.est_attitude_gain, 1.F / n);
   const float position_gain = std::max(params.est_position_gain, 2.F * (2.F * n - 1.F) / (n * (n + 1.F)));
-  const float velocity_gain = first ? 0.F : std::max(params.est_velocity_gain, 6.F / (n * (n + 1.F) * interval));
+  const float velocity_gain = tracking ? std::max(params.est_velocity_gain, 6.F / (n * (n + 1.F) * interval)) : 0.F;
   last_pose_us_ = pose.t_us;
 
   const Past believed = past(pose.t_us);
@@ -88,7 +88,7 @@ void Estimator::correct(std::uint64_t t_us, const PoseFix& pose, const Params& p
   const Quat turned = from_rotation_vector(attitude_gain * turn);
   const Vec3 moved = position_gain * (pose.p_WB - believed.p_WB);
   const Vec3 faster = velocity_gain * (pose.p_WB - believed.p_WB);
-  if (!first) gyro_bias_ -= params.est_gyro_bias_gain * rotate(conj(believed.q_WB), turn);
+  if (tracking) gyro_bias_ -= params.est_gyro_bias_gain * rotate(conj(believed.q_WB), turn);
 
   for (std::uint64_t k = 0; k < kHistory; ++k) {
     const std::uint64_t age_us = k * kStepUs;

@@ -52,7 +52,7 @@ Setpoint OuterLoop::step(const OuterLoopInput& in, const Params& params) {
   OuterLoop next = *this;
   const Setpoint setpoint = next.advance(in, params);
   if (is_finite(setpoint.q_WD) && setpoint.w_WD_D.allFinite() && std::isfinite(setpoint.thrust) &&
-      next.dw_WD_D_.allFinite() && next.integral_.allFinite()) {
+      next.integral_.allFinite()) {
     *this = next;
     return setpoint;
   }
@@ -82,7 +82,6 @@ Setpoint OuterLoop::advance(const OuterLoopInput& in, const Params& params) {
     const ForceAttitude wanted = attitude_from_force(force, force_rate, force_acceleration, in, params);
     q_WD_ = wanted.q_WD;
     w_WD_D_ = wanted.w_WD_D;
-    dw_WD_D_ = wanted.dw_WD_D;
   }
   thrust_axis_ = up_axis(q_WD_);
 
@@ -124,11 +123,8 @@ void OuterLoop::keep_upright(Vec3& force, Vec3& force_rate, Vec3& force_accelera
   force_rate.z() = force_acceleration.z() = 0.F;
 }
 
-/// Hold: force too small to have a direction; the attitude keeps turning as it was.
-void OuterLoop::propagate() {
-  q_WD_ = normalised(q_WD_ * from_rotation_vector((w_WD_D_ + 0.5F * kReferenceDt * dw_WD_D_) * kReferenceDt));
-  w_WD_D_ += kReferenceDt * dw_WD_D_;
-}
+/// Hold: the force is too small to have a direction; the attitude keeps turning at the rate it had.
+void OuterLoop::propagate() { q_WD_ = normalised(q_WD_ * from_rotation_vector(w_WD_D_ * kReferenceDt)); }
 
 // What the rotors make of the thrust asked for so far (their lag, their limits), for the next tick's acceleration.
 void OuterLoop::follow_own_thrust(float thrust, const Params& params) {
@@ -153,7 +149,7 @@ ForceAttitude OuterLoop::attitude_from_force(const Vec3& force, const Vec3& forc
   ForceAttitude wanted = with_yaw(levelled, in.now.yaw + yaw_offset_, in.now.yaw_rate + offset_rate,
                                   in.now.yaw_acceleration - kYawOffsetRate * offset_rate);
   yaw_offset_ += kReferenceDt * offset_rate;
-  if (dot(wanted.q_WD, q_WD_) < 0.F) wanted.q_WD = -wanted.q_WD;  // double cover
+  if (dot(wanted.q_WD, q_WD_) < 0.F) wanted.q_WD = -wanted.q_WD;  // q and -q are one
   return wanted;
 }
 

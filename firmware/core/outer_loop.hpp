@@ -45,7 +45,7 @@ class OuterLoop {
   void reset(const Quat& q_WB);
 
   auto state() const {
-    return std::tie(integral_, q_WD_, w_WD_D_, dw_WD_D_, thrust_axis_, inverted_chart_, chart_heading_, yaw_offset_,
+    return std::tie(integral_, q_WD_, w_WD_D_, thrust_axis_, inverted_chart_, chart_heading_, yaw_offset_,
                     modelled_thrust_, thrust_cut_);
   }
 
@@ -68,7 +68,6 @@ class OuterLoop {
   Vec3 integral_ = Vec3::Zero();  // [m·s]
   Quat q_WD_;
   Vec3 w_WD_D_ = Vec3::Zero();
-  Vec3 dw_WD_D_ = Vec3::Zero();
   Vec3 thrust_axis_ = Vec3::UnitZ();  // n of the last tick, for continuity of its sign
   bool inverted_chart_ = false;       // chart C (n3 < 0) in use
   float chart_heading_ = 0.F;         // gamma of chart C [rad]

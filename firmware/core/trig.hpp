@@ -39,7 +39,7 @@ inline float cosine_of_rest(float r) {
 
 /// Arctangent of t in [0, 1].
 inline float arctangent_of_ratio(float t) {
-  const bool steep = t > 0.41421356F;  // tan(pi/8)
+  const bool steep = t > 0.41421356F;  // tangent of pi/8
   const float r = steep ? (t - 1.F) / (t + 1.F) : t;
   const float z = r * r;
   const float bend = ((8.05374449538e-2F * z - 1.38776856032e-1F) * z + 1.99777106478e-1F) * z - 3.33329491539e-1F;

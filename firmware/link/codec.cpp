@@ -1,1 +1,258 @@
-#include "link/datagram.hpp"
+// Receiving: bytes -> frames -> messages.
+#include "link/codec.hpp"
+
+#include <algorithm>
+
+#include "link/codec_mavlink.hpp"
+
+namespace halfroll::link {
+namespace {
+
+constexpr std::size_t kSizeUnknown = 0;  // more bytes needed to tell
+constexpr std::size_t kNotAFrame = 1;
+
+/// Bytes that the frame starting here has, by its first bytes.
+std::size_t frame_size(const std::uint8_t* bytes, std::size_t size) {
+  if (bytes[0] == MAVLINK_STX_MAVLINK1) return size < 2 ? kSizeUnknown : std::size_t{bytes[1]} + 8;
+  if (bytes[0] != MAVLINK_STX) return kNotAFrame;
+  if (size < 3) return kSizeUnknown;
+  if ((bytes[2] & ~MAVLINK_IFLAG_SIGNED) != 0) return kNotAFrame;
+  return std::size_t{bytes[1]} + 12 + (bytes[2] != 0 ? MAVLINK_SIGNATURE_BLOCK_LEN : 0);
+}
+
+bool check_frame(const std::uint8_t* bytes, std::size_t size, mavlink_message_t& message) {
+  mavlink_message_t buffer = {};
+  mavlink_status_t status = {}, shown = {};
+  std::uint8_t result = MAVLINK_FRAMING_INCOMPLETE;
+  for (std::size_t i = 0; i < size; ++i) {
+    result = mavlink_frame_char_buffer(&buffer, &status, bytes[i], &message, &shown);
+  }
+  if (result != MAVLINK_FRAMING_OK || message.len == 0) return false;
+  // Only MAVLink 2 may leave out trailing zeros.
+  return message.magic == MAVLINK_STX || message.len >= mavlink_get_msg_entry(message.msgid)->min_msg_len;
+}
+
+template <class Packed>
+Packed unpack(const mavlink_message_t& message, void (*decode)(const mavlink_message_t*, Packed*)) {
+  Packed packed;
+  decode(&message, &packed);
+  return packed;
+}
+
+template <std::size_t N>
+Text<N> text(const char* chars) {
+  Text<N> out;
+  for (std::size_t i = 0; i < N && chars[i] != '\0'; ++i) out.chars[i] = chars[i];
+  return out;
+}
+
+template <class Packed>  // MISSION_ITEM and MISSION_ITEM_INT alike, but for x and y
+MissionItemMessage item_message(const Packed& m) {
+  MissionItemMessage out;
+  out.seq = m.seq;
+  out.item.p = {m.param1, m.param2, m.param3, m.param4};
+  out.item.z = m.z;
+  out.item.command = m.command;
+  out.item.frame = m.frame;
+  out.item.autocontinue = m.autocontinue;
+  out.current = m.current;
+  out.type = m.mission_type;
+  return out;
+}
+
+Message decode(const mavlink_message_t& message, Address& target) {
+  const auto to = [&target](const auto& m) { target = {m.target_system, m.target_component}; };
+  switch (message.msgid) {
+    case MAVLINK_MSG_ID_HEARTBEAT: {
+      const auto m = unpack(message, mavlink_msg_heartbeat_decode);
+      return Heartbeat{m.type, m.autopilot, m.base_mode, m.system_status, m.custom_mode};
+    }
+    case MAVLINK_MSG_ID_COMMAND_LONG: {
+      const auto m = unpack(message, mavlink_msg_command_long_decode);
+      to(m);
+      Command out;
+      out.command = m.command;
+      out.p = {m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7};
+      out.confirmation = m.confirmation;
+      return out;
+    }
+    case MAVLINK_MSG_ID_COMMAND_INT: {
+      const auto m = unpack(message, mavlink_msg_command_int_decode);
+      to(m);
+      Command out;
+      out.command = m.command;
+      out.p = {m.param1, m.param2, m.param3, m.param4, 0.F, 0.F, m.z};
+      out.is_int = true;
+      out.frame = m.frame;
+      out.x = m.x;
+      out.y = m.y;
+      return out;
+    }
+    case MAVLINK_MSG_ID_SET_MODE: {
+      const auto m = unpack(message, mavlink_msg_set_mode_decode);
+      target = {m.target_system, 0};
+      return SetMode{m.base_mode, m.custom_mode};
+    }
+    case MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: {
+      const auto m = unpack(message, mavlink_msg_set_gps_global_origin_decode);
+      target = {m.target_system, 0};
+      return SetGlobalOrigin{m.latitude, m.longitude, m.altitude};
+    }
+    case MAVLINK_MSG_ID_PARAM_REQUEST_LIST: {
+      to(unpack(message, mavlink_msg_param_request_list_decode));
+      return ParamRequestList{};
+    }
+    case MAVLINK_MSG_ID_PARAM_REQUEST_READ: {
+      const auto m = unpack(message, mavlink_msg_param_request_read_decode);
+      to(m);
+      return ParamRequestRead{text<16>(m.param_id), m.param_index};
+    }
+    case MAVLINK_MSG_ID_PARAM_SET: {
+      const auto m = unpack(message, mavlink_msg_param_set_decode);
+      to(m);
+      return ParamSet{text<16>(m.param_id), m.param_value, m.param_type};
+    }
+    case MAVLINK_MSG_ID_MISSION_REQUEST_LIST: {
+      const auto m = unpack(message, mavlink_msg_mission_request_list_decode);
+      to(m);
+      return MissionRequestList{m.mission_type};
+    }
+    case MAVLINK_MSG_ID_MISSION_REQUEST: {
+      const auto m = unpack(message, mavlink_msg_mission_request_decode);
+      to(m);
+      return MissionRequest{{}, m.seq, m.mission_type, false};
+    }
+    case MAVLINK_MSG_ID_MISSION_REQUEST_INT: {
+      const auto m = unpack(message, mavlink_msg_mission_request_int_decode);
+      to(m);
+      return MissionRequest{{}, m.seq, m.mission_type, true};
+    }
+    case MAVLINK_MSG_ID_MISSION_COUNT: {
+      const auto m = unpack(message, mavlink_msg_mission_count_decode);
+      to(m);
+      return MissionCount{{}, m.count, m.mission_type, m.opaque_id};
+    }
+    case MAVLINK_MSG_ID_MISSION_ITEM_INT: {
+      const auto m = unpack(message, mavlink_msg_mission_item_int_decode);
+      to(m);
+      MissionItemMessage out = item_message(m);
+      out.item.x = m.x;
+      out.item.y = m.y;
+      return out;
+    }
+    case MAVLINK_MSG_ID_MISSION_ITEM: {
+      const auto m = unpack(message, mavlink_msg_mission_item_decode);
+      to(m);
+      MissionItemMessage out = item_message(m);
+      const double scale = m.frame == kFrameMission ? 1e-7 : 1.0;  // without a place x and y are plain numbers
+      out.item.x = to_degE7(static_cast<double>(m.x) * scale);
+      out.item.y = to_degE7(static_cast<double>(m.y) * scale);
+      out.as_int = false;
+      return out;
+    }
+    case MAVLINK_MSG_ID_MISSION_CLEAR_ALL: {
+      const auto m = unpack(message, mavlink_msg_mission_clear_all_decode);
+      to(m);
+      return MissionClearAll{m.mission_type};
+    }
+    case MAVLINK_MSG_ID_MISSION_SET_CURRENT: {
+      const auto m = unpack(message, mavlink_msg_mission_set_current_decode);
+      to(m);
+      return MissionSetCurrent{m.seq};
+    }
+    case MAVLINK_MSG_ID_MISSION_ACK: {
+      const auto m = unpack(message, mavlink_msg_mission_ack_decode);
+      to(m);
+      return MissionAck{{}, static_cast<MissionResult>(m.type), m.mission_type, m.opaque_id};
+    }
+    case MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: {
+      const auto m = unpack(message, mavlink_msg_mission_write_partial_list_decode);
+      to(m);
+      return MissionWritePartial{m.start_index, m.end_index, m.mission_type};
+    }
+    case MAVLINK_MSG_ID_MISSION_REQUEST_PARTIAL_LIST: {
+      const auto m = unpack(message, mavlink_msg_mission_request_partial_list_decode);
+      to(m);
+      return MissionRequestPartial{m.mission_type};
+    }
+    case MAVLINK_MSG_ID_SET_ATTITUDE_TARGET: {
+      const auto m = unpack(message, mavlink_msg_set_attitude_target_decode);
+      to(m);
+      SetAttitudeTarget out;
+      out.time_boot_ms = m.time_boot_ms;
+      out.type_mask = m.type_mask;
+      out.q_WD = from_wire(Quat{m.q[0], m.q[1], m.q[2], m.q[3]});
+      out.w_WD_D = from_wire(Vec3{m.body_roll_rate, m.body_pitch_rate, m.body_yaw_rate});
+      out.thrust = m.thrust;
+      return out;
+    }
+    case MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: {
+      to(unpack(message, mavlink_msg_set_position_target_local_ned_decode));
+      return PositionTarget{};
+    }
+    case MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: {
+      to(unpack(message, mavlink_msg_set_position_target_global_int_decode));
+      return PositionTarget{};
+    }
+    case MAVLINK_MSG_ID_TIMESYNC: {
+      const auto m = unpack(message, mavlink_msg_timesync_decode);
+      return Timesync{m.tc1, m.ts1};
+    }
+    case MAVLINK_MSG_ID_PING: {
+      const auto m = unpack(message, mavlink_msg_ping_decode);
+      to(m);
+      return Ping{{m.target_system, m.target_component}, m.time_usec, m.seq};
+    }
+    case MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: {
+      const auto m = unpack(message, mavlink_msg_file_transfer_protocol_decode);
+      to(m);
+      FileTransfer out;
+      std::memcpy(out.payload.data(), m.payload, sizeof m.payload);
+      return out;
+    }
+    case MAVLINK_MSG_ID_STATUSTEXT: {
+      const auto m = unpack(message, mavlink_msg_statustext_decode);
+      return StatusText{static_cast<Severity>(m.severity), text<50>(m.text)};
+    }
+    default: return Unhandled{message.msgid};
+  }
+}
+
+}  // namespace
+
+void Parser::push(std::uint8_t byte) {
+  if (size_ == 0 && byte != MAVLINK_STX && byte != MAVLINK_STX_MAVLINK1) return;
+  bytes_[size_++] = byte;
+}
+
+void Parser::drop(std::size_t count) {
+  std::copy(bytes_.begin() + static_cast<std::ptrdiff_t>(count), bytes_.begin() + static_cast<std::ptrdiff_t>(size_),
+            bytes_.begin());
+  size_ -= count;
+}
+
+std::optional<Received> Parser::next(Endpoint from) {
+  while (size_ > 0) {
+    const std::size_t wanted = frame_size(bytes_.data(), size_);
+    if (wanted == kNotAFrame) {
+      drop(1);
+      continue;
+    }
+    if (wanted == kSizeUnknown || size_ < wanted) return std::nullopt;
+    mavlink_message_t message = {};
+    if (!check_frame(bytes_.data(), wanted, message)) {
+      ++bad_frames_;
+      drop(1);
+      continue;
+    }
+    drop(wanted);
+    Received out;
+    out.header.sender = {message.sysid, message.compid};
+    out.header.from = from;
+    out.message = decode(message, out.header.target);
+    return out;
+  }
+  return std::nullopt;
+}
+
+}  // namespace halfroll::link

@@ -128,7 +128,3 @@ def main() -> None:
             connection.send(error)
         except BrokenPipeError:
             sys.exit(1)
-
-
-if __name__ == "__main__":
-    main()

@@ -52,6 +52,7 @@ _PHASES = {
     "flying": "fly the plan",
     "handed-back": "land",
 }
+_CREW = "from halfroll.crew import main; main()"
 _HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
 
 Progress = Callable[[str, "float | None"], None]
@@ -124,9 +125,7 @@ def fly(
         sitl = stack.enter_context(_process(words, output=output))
         ours, theirs = Pipe()
         descriptors = (theirs.fileno(), *(each.fileno() for each in sockets))
-        crew = stack.enter_context(
-            _process([sys.executable, "-m", "halfroll.crew", *map(str, descriptors)], keep=descriptors)
-        )
+        crew = stack.enter_context(_process([sys.executable, "-c", _CREW, *map(str, descriptors)], keep=descriptors))
         theirs.close()
         ours.send(Orders(flown, flown_by, limits, margin))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)

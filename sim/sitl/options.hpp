@@ -1,0 +1,36 @@
+// The command line of halfroll-sitl.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/scenario.hpp"
+
+namespace halfroll::sitl {
+
+struct Options {
+  int instance = 0;
+  std::string vehicle = "mit-vp";
+  std::vector<std::string> settings;  // "key=number", for vehicle_file
+  std::string scenario_name = "nominal";
+  sim::Scenario scenario = sim::kNominal;
+  std::uint64_t seed = 0;
+  bool lockstep = false;
+  double speed = 1.0;  // times real time; 0 is as fast as it goes, the default in lockstep
+  bool px4_identity = false;
+  double origin_lat_deg = 47.397742, origin_lon_deg = 8.545594, origin_alt_m = 488.0;
+  std::string storage;  // directory; empty: nothing outlives the process
+  std::string log;      // ULog file; empty: none
+  std::uint16_t port_offboard = 0, peer_offboard = 0, port_gcs = 0, peer_gcs = 0;
+  std::string bind = "127.0.0.1";
+  std::optional<double> duration;  // [s] of vehicle time
+  bool help = false, version = false;
+};
+
+/// Throws BadOption: one sentence that names option and value.
+Options parse_options(const std::vector<std::string>& arguments);
+
+std::string help_text();
+
+}  // namespace halfroll::sitl

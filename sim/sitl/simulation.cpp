@@ -1,0 +1,152 @@
+#include "sim/sitl/simulation.hpp"
+
+#include <cstdio>
+
+#include "boards/host/steady_clock.hpp"
+#include "sim/sitl/pace.hpp"
+
+namespace halfroll::sitl {
+namespace {
+
+constexpr std::uint64_t kAskAgainUs = 100000;     // wall clock, unanswered TIMESYNC
+constexpr std::uint64_t kGroundGoneUs = 5000000;  // wall clock without a frame of 191
+constexpr int kServiceMs = 20;                    // wall clock between looks at the links while time stands
+
+Boot boot_from(const Options& options, const host::Storage& storage) {
+  const auto& params = storage.stored(link::StorageSlot::kParams);
+  const auto& mission = storage.stored(link::StorageSlot::kMission);
+  Boot boot;
+  boot.origin_lat_deg = options.origin_lat_deg;
+  boot.origin_lon_deg = options.origin_lon_deg;
+  boot.origin_alt_m = options.origin_alt_m;
+  boot.px4_identity = options.px4_identity;
+  boot.stored_params = params.data();
+  boot.stored_params_size = params.size();
+  boot.stored_mission = mission.data();
+  boot.stored_mission_size = mission.size();
+  return boot;
+}
+
+}  // namespace
+
+Simulation::Simulation(const Options& options, const VehicleSetup& setup, const std::string& version,
+                       const volatile std::sig_atomic_t& stop)
+    : options_(options),
+      setup_(setup),
+      stop_(stop),
+      links_(options.bind, {{{options.port_offboard, options.peer_offboard}, {options.port_gcs, options.peer_gcs}}}),
+      storage_(options.storage),
+      autopilot_(setup.vehicle, setup.params, boot_from(options, storage_)),
+      world_(sim::start(setup.plant, options.scenario, options.seed)) {
+  if (options.log.empty()) return;
+  log_.emplace(options.log, FlightFacts{version, setup.name, options.scenario_name, options.seed, options.lockstep},
+               autopilot_.params());
+}
+
+void Simulation::run() {
+  bool lockstep = options_.lockstep;
+  Pace pace(options_.speed);
+  Ground ground = Ground::kAnswered;  // step 0 sends the first telemetry; the first barrier, at t = 0, comes after it
+  while (!ending() && ground != Ground::kEnding) {
+    if (ground == Ground::kSilent) {
+      std::fprintf(stderr, "halfroll-sitl: no ground station for 5 s, leaving lockstep, running on in real time\n");
+      lockstep = false;
+      pace = Pace(options_.speed > 0.0 ? options_.speed : 1.0);
+      ground = Ground::kAnswered;
+    }
+    pace.wait();
+    step(!lockstep);
+    if (rebooting_) reboot();
+    if (lockstep && autopilot_.t_us() % kReferenceUs == 0) ground = wait_for_ground();
+  }
+  if (log_ && !log_->finish(commands_sha256())) {
+    std::fprintf(stderr, "halfroll-sitl: the log %s is not complete, is the disk full?\n", options_.log.c_str());
+  }
+}
+
+/// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next.
+void Simulation::step(bool listening) {
+  Inputs in;
+  in.imu = world_.readings.imu;
+  in.pose = world_.readings.pose;
+  if (listening) in.link = hear();
+  in.link.wall_us = host::wall_us();
+  in.link.stored = stored_;
+  stored_ = {};
+  const Outputs out = autopilot_.step(in);
+
+  for (const float thrust : out.rotors.thrust) commands_.add_float(thrust);
+  if (log_) {
+    log_->add({steps_ * kStepUs, world_, autopilot_.estimate(), autopilot_.reference(), out.rotors,
+               static_cast<std::uint8_t>(autopilot_.mode()), autopilot_.armed()});
+  }
+  carry(out.link);
+  world_ = sim::step(setup_.plant, options_.scenario, world_, out.rotors);
+  ++steps_;
+}
+
+/// Ask the ground station for the time and stand until it answers; the links are served meanwhile.
+Simulation::Ground Simulation::wait_for_ground() {
+  const std::uint64_t began_us = host::wall_us();
+  std::uint64_t asked_us = began_us;
+  ground_heard_us_ = began_us;
+  autopilot_.ask_time();
+  while (!ending()) {
+    LinkInputs in = hear();
+    in.stored = stored_;
+    stored_ = {};
+    carry(autopilot_.service(in));
+    if (autopilot_.time_answered()) {
+      ground_seen_ = true;
+      return Ground::kAnswered;
+    }
+    const std::uint64_t now_us = host::wall_us();
+    if (autopilot_.ground_frames() != ground_frames_) {
+      ground_frames_ = autopilot_.ground_frames();
+      ground_heard_us_ = now_us;
+    }
+    if (ground_seen_ && now_us - ground_heard_us_ > kGroundGoneUs) return Ground::kSilent;
+    if (now_us - asked_us > kAskAgainUs) {
+      autopilot_.ask_time();
+      asked_us = now_us;
+    } else if (stored_.slot == link::StorageSlot::kNone && in.rx_count == 0) {
+      links_.wait(kServiceMs);
+    }
+  }
+  return Ground::kEnding;
+}
+
+LinkInputs Simulation::hear() {
+  LinkInputs in;
+  in.wall_us = host::wall_us();
+  const auto& received = links_.receive(in.wall_us);
+  in.rx = received.data();
+  in.rx_count = received.size();
+  return in;
+}
+
+void Simulation::carry(const LinkOutputs& out) {
+  for (std::size_t i = 0; i < out.tx_count; ++i) {
+    const link::TxFrame& frame = out.tx[i];
+    links_.send(frame);
+    if (!log_ || frame.to.link == 1) continue;  // texts go to both links: once is enough
+    if (const auto text = said(frame)) log_->say(steps_ * kStepUs, *text);
+  }
+  if (out.store.slot != link::StorageSlot::kNone) stored_ = storage_.write(out.store);
+  shut_down_ = shut_down_ || out.shut_down;
+  rebooting_ = rebooting_ || out.reboot;
+}
+
+/// The autopilot starts again from what is stored, and its clock with it; the vehicle stays where it is.
+void Simulation::reboot() {
+  autopilot_ = Autopilot(setup_.vehicle, setup_.params, boot_from(options_, storage_));
+  world_ = sim::restart_clock(setup_.plant, options_.scenario, world_);
+  stored_ = {};
+  rebooting_ = false;
+}
+
+bool Simulation::ending() const {
+  return stop_ != 0 || shut_down_ || (options_.duration && flown_s() >= *options_.duration);
+}
+
+}  // namespace halfroll::sitl

@@ -1,0 +1,60 @@
+// Autopilot, world and links wired together. Why: the order in which bytes, sensors and commands are exchanged is what
+// makes a flight repeatable, so it stands in one place. No physics and no control here.
+#pragma once
+#include <csignal>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "autopilot.hpp"
+#include "boards/host/storage.hpp"
+#include "boards/host/udp_links.hpp"
+#include "sim/sitl/flight_log.hpp"
+#include "sim/sitl/options.hpp"
+#include "sim/sitl/sha256.hpp"
+#include "sim/sitl/vehicle_file.hpp"
+#include "sim/world.hpp"
+
+namespace halfroll::sitl {
+
+class Simulation {
+ public:
+  /// `stop` becomes non-zero when the user wants to end. Throws host::PortInUse, std::runtime_error.
+  Simulation(const Options& options, const VehicleSetup& setup, const std::string& version,
+             const volatile std::sig_atomic_t& stop);
+
+  /// Fly until told to end: by a signal, a command, or --duration.
+  void run();
+
+  double flown_s() const { return 1e-6 * static_cast<double>(steps_ * kStepUs); }
+  std::string commands_sha256() const { return commands_.hex(); }
+
+ private:
+  enum class Ground { kAnswered, kSilent, kEnding };
+
+  void step(bool listening);
+  Ground wait_for_ground();
+  LinkInputs hear();
+  void carry(const LinkOutputs& out);
+  void reboot();
+  bool ending() const;
+
+  Options options_;
+  VehicleSetup setup_;
+  const volatile std::sig_atomic_t& stop_;
+  host::UdpLinks links_;
+  host::Storage storage_;
+  std::optional<FlightLog> log_;
+  Autopilot autopilot_;
+  sim::World world_;
+
+  link::StorageResult stored_;  // not yet told to the autopilot
+  Sha256 commands_;
+  std::uint64_t steps_ = 0;
+  bool shut_down_ = false, rebooting_ = false;
+  bool ground_seen_ = false;  // 191 has answered once
+  std::uint32_t ground_frames_ = 0;
+  std::uint64_t ground_heard_us_ = 0;  // wall clock
+};
+
+}  // namespace halfroll::sitl
