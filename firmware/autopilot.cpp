@@ -50,6 +50,7 @@ Outputs Autopilot::step(const Inputs& in) {
   battery_ = in.battery;
   estimate_ = estimator_.step(t_us_, in.imu, in.pose, params_);
   if (t_us_ % kReferenceUs == 0) navigate();                                                // 100 Hz: mode -> setpoint_
+  if (mode_ == Mode::kOffboard) follow_link();                                              // at once: link -> setpoint_
   reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);                           // to this millisecond
   const Wrench wanted = attitude_wrench(estimate_.q_WB, estimate_.w_WB_B, reference_, vehicle_, params_);
   const Allocation given = allocate(wanted, vehicle_);                                      // inside the rotor limits
@@ -193,6 +194,16 @@ void Autopilot::fly_return() {
   fly_to(target);
 }
 
+/// A fresh setpoint counts from the millisecond it comes; one that is ageing loses its rates first.
+void Autopilot::follow_link() {
+  const OffboardStage stage = offboard_.stage(t_us_, armed_, params_);
+  if (stage != OffboardStage::kTracking && stage != OffboardStage::kNoRates) return;
+  setpoint_ = offboard_.setpoint();
+  setpoint_mask_ = offboard_.type_mask();
+  if (stage == OffboardStage::kNoRates) setpoint_.w_WD_D = Vec3::Zero();
+}
+
+/// What OFFBOARD is without good setpoints: hold, recover, give up.
 void Autopilot::fly_offboard() {
   const OffboardStage before = offboard_stage_;
   offboard_stage_ = offboard_.stage(t_us_, armed_, params_);
@@ -200,9 +211,6 @@ void Autopilot::fly_offboard() {
     case OffboardStage::kTracking:
     case OffboardStage::kNoRates:
       if (before == OffboardStage::kRecovering) outbox_.say(link::Severity::kInfo, "Offboard: setpoints regained");
-      setpoint_ = offboard_.setpoint();
-      setpoint_mask_ = offboard_.type_mask();
-      if (offboard_stage_ == OffboardStage::kNoRates) setpoint_.w_WD_D = Vec3::Zero();
       restart_follower();  // ready to take over from here
       return;
     case OffboardStage::kRecovering:

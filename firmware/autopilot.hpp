@@ -96,6 +96,7 @@ class Autopilot : private MissionItems {
   void fly_mission();
   void fly_return();
   void fly_offboard();
+  void follow_link();
   void land_without_position();
   void restart_follower();
   bool wants_to_fly() const;

@@ -24,9 +24,7 @@ std::optional<std::size_t> row_of(std::uint32_t id) {
 
 /// A multiple of the interval lies in this millisecond. No phase is kept: streams of one rate share their steps.
 bool due(std::uint64_t t_us, std::int32_t interval_us) {
-  if (interval_us <= 0) return false;
-  const auto interval = static_cast<std::uint64_t>(interval_us);
-  return t_us == 0 || t_us / interval != (t_us - kStepUs) / interval;
+  return interval_us > 0 && t_us % static_cast<std::uint64_t>(interval_us) < kStepUs;
 }
 
 float dot(const Quat& a, const Quat& b) { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -49,16 +47,19 @@ Streams::Streams() {
 void Streams::step(const VehicleStatus& status, Outbox& outbox) {
   q_shown_ = continued(status.estimate.q_WB, q_shown_);
   show_changes(status, outbox);
-  VehicleStatus shown = status;
-  shown.estimate.q_WB = q_shown_;
+  std::optional<VehicleStatus> shown;  // in most steps nothing is due
   for (std::size_t link = 0; link < kLinkCount; ++link) {
     const Endpoint to = everyone_on(static_cast<int>(link));
     for (std::size_t row = 0; row < kStreamCount; ++row) {
       if (!due(status.t_us, interval_us_[link][row])) continue;
+      if (!shown) {
+        shown = status;
+        shown->estimate.q_WB = q_shown_;
+      }
       if (kStreams[row].id == msg::kAvailableModes) {
-        send_all_modes(to, shown, outbox);
+        send_all_modes(to, *shown, outbox);
       } else {
-        outbox.send(to, Telemetry{kStreams[row].id, shown});
+        outbox.send(to, Telemetry{kStreams[row].id, *shown});
       }
     }
   }

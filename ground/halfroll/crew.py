@@ -113,6 +113,7 @@ def main() -> None:
     It receives Orders, sends Events, and at the end a Debriefing or the error; it ends when its parent does.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # closing the planner's process on the way
     parent, offboard, gcs = (int(word) for word in sys.argv[1:4])
     with Connection(parent) as connection:
         orders = connection.recv()

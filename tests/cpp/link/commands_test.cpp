@@ -4,8 +4,12 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <random>
 #include <vector>
+
+#include "link/mission_items.hpp"
 
 using namespace halfroll;
 using namespace halfroll::link;
@@ -209,4 +213,35 @@ TEST_CASE("service commands") {
 TEST_CASE("mission-only commands are denied, unknown ones unsupported") {
   for (const std::uint16_t c : {16, 17, 19, 82, 93, 112, 177, 31000}) CHECK(is(ask(c), C::kDenied));
   for (const std::uint16_t c : {0, 18, 183, 203, 205, 519, 2000, 3000, 65535}) CHECK(is(ask(c), C::kUnsupported));
+}
+
+TEST_CASE("any bits in any field are answered, never undefined") {
+  std::mt19937 random(7);
+  const std::vector<std::uint16_t> commands = {16,  17,  19,  20,  21,  22,  82,  93,  112, 115, 176,   177,  178,
+                                               179, 185, 192, 193, 210, 224, 245, 246, 262, 300, 400,   510,  511,
+                                               512, 611, 189, 206, 0,   401, 241, 520, 410, 999, 31000, 31010};
+  int accepted = 0;
+  for (int n = 0; n < 100000; ++n) {
+    const auto number = [&] {  // any bits, or a small number as clients send
+      const std::uint32_t bits = random();
+      float p = 0.F;
+      std::memcpy(&p, &bits, sizeof p);
+      return random() % 2 == 0 ? p : static_cast<float>(random() % 9) - 2.F;
+    };
+    Command c;
+    c.command = commands[random() % commands.size()];
+    for (float& p : c.p) p = number();
+    c.is_int = random() % 2 == 0;
+    c.frame = static_cast<std::uint8_t>(random() % 8);
+    c.x = static_cast<std::int32_t>(random());
+    c.y = static_cast<std::int32_t>(random());
+    read_command(c, situation());
+    const MissionItem item{{c.p[0], c.p[1], c.p[2], c.p[3]}, c.x, c.y / 2, c.p[6], c.command, c.frame, 1};
+    if (check_item(item, n % 3, 500.F) != MissionResult::kAccepted) continue;
+    ++accepted;
+    const FlightItem flown = flight_item(item, {});
+    CHECK_FALSE(std::isnan(flown.position.sum()));
+    CHECK(check_mission(&item, 1, n % 3) != MissionResult::kUnsupported);
+  }
+  CHECK(accepted > 1000);
 }
