@@ -26,7 +26,8 @@ from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-NEAR_ZERO_FORCE = 1e-3  # [N], below it the limit of u = F/|F| is taken with one more derivative
+NEAR_ZERO_FORCE = 1e-3  # [N], below it, and so close to a flip, u = F/|F| is taken from its series
+NEAR_ZERO_TIME = 0.005  # [s]
 _VERTICAL = 1e-10  # horizontal force and its derivatives, relative to the weight: purely vertical flight
 
 
@@ -78,9 +79,9 @@ def inverse_dynamics(
     trajectory; without it they are found from these samples, which must then be dense enough to see each turn.
     """
     force, vertical = _force_and_derivatives(derivatives, vehicle)
-    flipped = np.searchsorted(np.asarray(flips, dtype=float), t, side="right") % 2 == 1
-    sign = np.where(flipped, -1.0, 1.0)
-    axis = _thrust_axis(force, sign, vertical)
+    events = np.asarray(flips, dtype=float)
+    sign = np.where(np.searchsorted(events, t, side="right") % 2 == 1, -1.0, 1.0)
+    axis = _thrust_axis(t, force, sign, vertical, events)
     sign = np.where(vertical & (force[0, 2] < 0.0), -sign, sign)
     charts = _find_charts(t, axis) if charts is None else charts
     inverted, gamma, offset = charts.at(t)
@@ -139,16 +140,18 @@ def _force_and_derivatives(derivatives: Array, vehicle: Vehicle) -> tuple[Array,
     return force, vertical
 
 
-def _thrust_axis(force: Array, sign: Array, vertical: NDArray[np.bool_]) -> Array:
+def _thrust_axis(t: Array, force: Array, sign: Array, vertical: NDArray[np.bool_], flips: Array) -> Array:
     """n, n', n'' as (3, 3, S).   Eq 19 and one more, reference PAPER 5.2; the limit at F = 0 of 5.5"""
-    near = (np.abs(force[0]).max(axis=0) < NEAR_ZERO_FORCE) & ~vertical
-    along = np.where(near, force[1:4] / np.array([1.0, 2.0, 3.0])[:, None, None], force[:3])
-    along = np.where(vertical, np.array([0.0, 0.0, 1.0])[:, None] * (np.arange(3) == 0)[:, None, None], along)
-    axis = _unit(along, np.where(near, 1.0, sign))
-    for k in np.flatnonzero(near):  # the side of F' that continues what came before
-        if k > 0 and axis[0, :, k] @ axis[0, :, k - 1] < 0.0:
-            axis[:, :, k] *= -1.0
-    return axis
+    up = np.zeros_like(force[:3])
+    up[0, 2] = 1.0
+    along = np.where(vertical, up, force[:3])
+    for k, flip in enumerate(flips):  # u = F/(t - flip) is smooth through F = 0; its series is exact to (t - flip)³
+        near = (np.abs(force[0]).max(axis=0) < NEAR_ZERO_FORCE) & (np.abs(t - flip) < NEAR_ZERO_TIME)
+        since = (t - flip)[near]
+        _, f1, f2, f3 = force[:, :, near]
+        along[:, :, near] = f1 - f2 * since / 2.0 + f3 * since**2 / 6.0, f2 / 2.0 - f3 * since / 3.0, f3 / 3.0
+        sign = np.where(near, 1.0 if k % 2 else -1.0, sign)  # on both sides the sign of after the flip
+    return _unit(along, sign)
 
 
 def _unit(along: Array, sign: Array | float) -> Array:

@@ -76,6 +76,7 @@ def test_rotor_thrusts_fly_the_path_open_loop(case):
         moment = np.array([now])
         return inverse_dynamics(moment, path.derivatives(moment), VP, flips, o.charts).rotors[0]
 
+    breaks = np.unique([*breaks, *(flip + side for flip in flips for side in (-2e-4, 2e-4))])
     positions, attitudes = rigid_body.fly_open_loop(thrusts, breaks, start, **BODY)
     assert positions == pytest.approx(path.at(breaks)[:, :3], abs=1e-6)
     alike = np.abs((attitudes[-1] * o.q_WD[-1]).sum())
