@@ -14,13 +14,13 @@
 namespace halfroll {
 namespace {
 
-constexpr float kTakeoffReached = 0.3F;      // [m]
-constexpr float kHomeReached = 1.F;          // [m], horizontally, before the return descends
-constexpr float kReturnNear = 5.F;           // [m], closer than this the return does not climb
-constexpr float kSlowBelow = 5.F;            // [m] above home: a descent is slow
-constexpr float kFastAbove = 10.F;           // [m] above home: full descent speed
-constexpr float kSinkLead = 0.6F;            // [m], a descending reference is at most this far below the vehicle
-constexpr float kBlindDescentThrust = 0.93F; // of the weight, without a position
+constexpr float kTakeoffReached = 0.3F;       // [m]
+constexpr float kHomeReached = 1.F;           // [m], horizontally, before the return descends
+constexpr float kReturnNear = 5.F;            // [m], closer than this the return does not climb
+constexpr float kSlowBelow = 5.F;             // [m] above home: a descent is slow
+constexpr float kFastAbove = 10.F;            // [m] above home: full descent speed
+constexpr float kSinkLead = 0.6F;             // [m], a descending reference is at most this far below the vehicle
+constexpr float kBlindDescentThrust = 0.93F;  // of the weight, without a position
 constexpr std::uint64_t kFailsafeShownUs = 5000000;
 
 }  // namespace
@@ -30,7 +30,7 @@ Autopilot::Autopilot(const Vehicle& vehicle, const Params& params, const Boot& b
       params_(params),
       px4_identity_(boot.px4_identity),
       outer_loop_(vehicle),
-      origin_{link::to_degE7(boot.origin_lat_deg), link::to_degE7(boot.origin_lon_deg), boot.origin_alt_m},
+      origin_(link::origin_at(boot.origin_lat_deg, boot.origin_lon_deg, boot.origin_alt_m)),
       param_service_(params) {
   outbox_.begin(static_cast<std::uint8_t>(params_.system_id), 0);
   params_damaged_ =
@@ -45,15 +45,15 @@ Autopilot::Autopilot(const Vehicle& vehicle, const Params& params, const Boot& b
 Outputs Autopilot::step(const Inputs& in) {
   t_us_ = started_ ? t_us_ + kStepUs : 0;
   started_ = true;
-  exchange(in.link);                                                                        // commands, missions, setpoints
+  exchange(in.link);  // commands, missions, setpoints
   imu_ = in.imu;
   battery_ = in.battery;
   estimate_ = estimator_.step(t_us_, in.imu, in.pose, params_);
-  if (t_us_ % kReferenceUs == 0) navigate();                                                // 100 Hz: mode -> setpoint_
-  if (mode_ == Mode::kOffboard) follow_link();                                              // at once: link -> setpoint_
-  reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);                           // to this millisecond
+  if (t_us_ % kReferenceUs == 0) navigate();                       // 100 Hz: mode -> setpoint_
+  if (mode_ == Mode::kOffboard) follow_link();                     // at once: link -> setpoint_
+  reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);  // to this millisecond
   const Wrench wanted = attitude_wrench(estimate_.q_WB, estimate_.w_WB_B, reference_, vehicle_, params_);
-  const Allocation given = allocate(wanted, vehicle_);                                      // inside the rotor limits
+  const Allocation given = allocate(wanted, vehicle_);  // inside the rotor limits
   if (wants_to_fly()) {
     rotors_ = rotor_lag_inverse_.step(given.rotors, vehicle_, params_);
   } else {
@@ -95,7 +95,8 @@ void Autopilot::navigate() {
       FollowerTarget target = hold_target();
       target.position.z() = home_position().z() + takeoff_height_;
       fly_to(target);
-      if (std::abs(target.position.z() - estimate_.p_WB.z()) < kTakeoffReached) enter(Mode::kHold, Requester::kAutopilot);
+      if (std::abs(target.position.z() - estimate_.p_WB.z()) < kTakeoffReached)
+        enter(Mode::kHold, Requester::kAutopilot);
       break;
     }
     case Mode::kMission: fly_mission(); break;
@@ -182,7 +183,7 @@ void Autopilot::fly_return() {
   FollowerTarget target = hold_target();
   const Vec3 home = home_position();
   const Vec3 away = estimate_.p_WB - home;
-  const bool near = away.head<2>().norm() < kReturnNear, high = away.z() > params_.return_altitude - kTakeoffReached;
+  const bool near = away.head<2>().norm()<kReturnNear, high = away.z()> params_.return_altitude - kTakeoffReached;
   return_climbing_ = return_climbing_ && !near && !high;
   if (return_climbing_) {
     target.position.z() = home.z() + params_.return_altitude;
@@ -313,18 +314,16 @@ void Autopilot::enter(Mode mode, Requester who) {
 Vec3 Autopilot::home_position() const { return home_ ? home_->position : Vec3(Vec3::Zero()); }
 
 void Autopilot::set_home_here() {
-  const link::GlobalPosition here = link::global_from_local(origin_, estimate_.p_WB);
-  home_ = link::Home{estimate_.p_WB, heading_after_levelling(estimate_.q_WB), here.lat_degE7, here.lon_degE7,
-                     static_cast<std::int32_t>(here.alt_m * 1e3)};
+  home_ = link::home_at(origin_, estimate_.p_WB, heading_after_levelling(estimate_.q_WB));
 }
 
 /// Everything that decides future commands. Wall-clock pacing and received bytes of half frames are not in it.
 auto Autopilot::state() const {
-  return std::tuple_cat(
-      std::tie(t_us_, mode_, armed_, flown_, terminated_, idle_s_, hold_position_, hold_yaw_, takeoff_height_,
-               return_climbing_, mission_started_, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, rotors_, origin_, home_),
-      estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(), outer_loop_.state(),
-      rotor_lag_inverse_.state());
+  return std::tuple_cat(std::tie(t_us_, mode_, armed_, flown_, terminated_, idle_s_, hold_position_, hold_yaw_,
+                                 takeoff_height_, return_climbing_, mission_started_, setpoint_.q_WD, setpoint_.w_WD_D,
+                                 setpoint_.thrust, rotors_, origin_, home_),
+                        estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(),
+                        outer_loop_.state(), rotor_lag_inverse_.state());
 }
 
 bool Autopilot::same_state(const Autopilot& other) const {

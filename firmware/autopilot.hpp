@@ -1,4 +1,5 @@
-// The autopilot: sensors and bytes in, rotor commands and bytes out, one millisecond a step. No clock, no socket, no file.
+// The autopilot: sensors and bytes in, rotor commands and bytes out, one millisecond a step. No clock, no socket, no
+// file.
 #pragma once
 #include <optional>
 
@@ -18,16 +19,16 @@
 namespace halfroll {
 
 struct Battery {
-  float voltage = 16.8F;          // [V]
-  float state_of_charge = 1.F;    // 0..1
+  float voltage = 16.8F;        // [V]
+  float state_of_charge = 1.F;  // 0..1
 };
 
 /// What the links brought since the last call.
 struct LinkInputs {
   const link::Datagram* rx = nullptr;
   std::size_t rx_count = 0;
-  std::uint64_t wall_us = 0;        // the shell's monotonic clock: paces bulk answers and heartbeats while time stands
-  link::StorageResult stored;       // outcome of the last StorageRequest
+  std::uint64_t wall_us = 0;   // the shell's monotonic clock: paces bulk answers and heartbeats while time stands
+  link::StorageResult stored;  // outcome of the last StorageRequest
 };
 
 /// What the links take away; valid until the next call.
@@ -35,7 +36,7 @@ struct LinkOutputs {
   const link::TxFrame* tx = nullptr;
   std::size_t tx_count = 0;
   link::StorageRequest store;
-  bool shut_down = false;           // the vehicle was told to switch off
+  bool shut_down = false;  // the vehicle was told to switch off
   bool reboot = false;
 };
 
@@ -144,9 +145,9 @@ class Autopilot : private MissionItems {
   LandedDetector landed_;
 
   Mode mode_ = Mode::kHold;
-  Mode user_mode_ = Mode::kHold;         // last asked for by a person
+  Mode user_mode_ = Mode::kHold;  // last asked for by a person
   bool armed_ = false;
-  bool flown_ = false;                   // left the ground since armed
+  bool flown_ = false;  // left the ground since armed
   bool terminated_ = false;
   bool entered_by_ground_station_ = false;
   float idle_s_ = 0.F;                   // on the ground with nothing to fly
@@ -156,7 +157,7 @@ class Autopilot : private MissionItems {
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
-  float takeoff_height_ = 2.5F;          // above home [m]
+  float takeoff_height_ = 2.5F;  // above home [m]
   bool return_climbing_ = false;
   MissionRunner runner_;
   bool mission_started_ = false;
@@ -173,7 +174,7 @@ class Autopilot : private MissionItems {
 
   link::Origin origin_;
   std::optional<link::Home> home_;
-  bool home_chosen_ = false;             // by command since the last disarm
+  bool home_chosen_ = false;  // by command since the last disarm
   std::array<std::array<link::Parser, 9>, link::kLinkCount> parsers_ = {};
   link::ParamService param_service_;
   link::MissionService missions_;
@@ -181,7 +182,7 @@ class Autopilot : private MissionItems {
   link::Outbox outbox_;
   bool params_damaged_ = false;
   bool shut_down_ = false, reboot_ = false;
-  link::Text<50> problem_;               // of the stored mission, in words
+  link::Text<50> problem_;  // of the stored mission, in words
   std::int64_t time_asked_ns_ = -1;
   bool time_answered_ = true;
   bool ask_time_now_ = false;

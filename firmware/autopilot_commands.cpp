@@ -130,7 +130,8 @@ struct Autopilot::Applying {
       self.set_home_here();
     } else {
       const Vec3 position = link::local_from_global(self.origin_, w.lat_degE7, w.lon_degE7, w.alt_m);
-      self.home_ = link::Home{position, 0.F, w.lat_degE7, w.lon_degE7, static_cast<std::int32_t>(std::lround(w.alt_m * 1e3))};
+      self.home_ =
+          link::Home{position, 0.F, w.lat_degE7, w.lon_degE7, static_cast<std::int32_t>(std::lround(w.alt_m * 1e3))};
     }
     self.home_chosen_ = true;
     return kDone;
@@ -184,7 +185,9 @@ struct Autopilot::Applying {
     self.outbox_.say(Severity::kEmergency, "Failsafe: terminated by command");
     return kDone;
   }
-  CommandResult operator()(const link::InvertedWish&) const { return not_now("inverted hold is not flown on board yet"); }
+  CommandResult operator()(const link::InvertedWish&) const {
+    return not_now("inverted hold is not flown on board yet");
+  }
   CommandResult operator()(const link::FlipWish&) const { return not_now("flips are not flown on board yet"); }
 };
 

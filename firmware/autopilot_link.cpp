@@ -13,9 +13,9 @@ using link::CommandResult;
 using link::Sentence;
 using link::Severity;
 
-constexpr float kUprightCosine = 0.7071F;     // within 45 deg
-constexpr float kStillSpeed = 0.5F;           // [m/s]
-constexpr float kStillRate = 0.5F;            // [rad/s]
+constexpr float kUprightCosine = 0.7071F;  // within 45 deg
+constexpr float kStillSpeed = 0.5F;        // [m/s]
+constexpr float kStillRate = 0.5F;         // [rad/s]
 std::uint32_t source_of(const link::Header& h) {
   return (std::uint32_t{h.sender.system} << 24U) | (std::uint32_t{h.sender.component} << 16U) |
          (std::uint32_t{h.from.link} << 8U) | h.from.slot;
@@ -49,7 +49,8 @@ LinkOutputs Autopilot::finish(const LinkInputs& in) {
   ask_time_now_ = false;
   LinkOutputs out;
   out.store = missions_.take_storage();
-  if (out.store.slot == link::StorageSlot::kNone && param_service_.save_due(in.wall_us)) out.store = param_service_.save(params_);
+  if (out.store.slot == link::StorageSlot::kNone && param_service_.save_due(in.wall_us))
+    out.store = param_service_.save(params_);
   out.tx = outbox_.frames();
   out.tx_count = outbox_.size();
   out.shut_down = shut_down_;
@@ -129,7 +130,8 @@ void Autopilot::receive_command(const link::Command& command, const link::Header
   const link::Wish wish = link::read_command(command, {origin_, home_position().z(), px4_identity_, count()});
   const CommandResult result = apply(wish, header, wall_us);
   outbox_.send(header.from, link::acknowledgement(command, header, result));
-  if (const auto* message = std::get_if<link::MessageWish>(&wish); message != nullptr && result == CommandResult::kAccepted) {
+  if (const auto* message = std::get_if<link::MessageWish>(&wish);
+      message != nullptr && result == CommandResult::kAccepted) {
     streams_.send_requested(header.from, message->id, message->parameter, status(), outbox_);
   }
 }
@@ -183,24 +185,18 @@ const char* Autopilot::mission_problem() {
     const bool high_matters = flown.kind == ItemKind::kTakeoff || flown.kind == ItemKind::kWaypoint;
     const float height = flown.position.z() - home.z();
     const float distance = (flown.position - home).head<2>().norm();
-    const char* end = nullptr;
-    int amount = 0;
-    if (first_position && flown.has_position && distance > params_.mission_first_distance_max) {
-      amount = static_cast<int>(distance * 1e-3F);
-      end = " km away";
+    const bool too_far = first_position && flown.has_position && distance > params_.mission_first_distance_max;
+    const bool too_low = high_matters && height < 0.F, too_high = high_matters && height > params_.mission_altitude_max;
+    if (too_low || too_high) {
+      const float amount = too_low ? -height : height;
+      const char* end = too_low ? " m below home" : " m above home";
+      problem_ = Sentence("item ", seq, " is ", static_cast<int>(amount), end).text();
     }
-    if (end == nullptr && high_matters && height < 0.F) {
-      amount = static_cast<int>(-height);
-      end = " m below home";
+    if (too_far) {
+      if (too_low || too_high) outbox_.say(Severity::kWarning, Sentence("Mission: ", problem_.c_str()).text());
+      problem_ = Sentence("item ", seq, " is ", static_cast<int>(distance * 1e-3F), " km away").text();
     }
-    if (end == nullptr && high_matters && height > params_.mission_altitude_max) {
-      amount = static_cast<int>(height);
-      end = " m above home";
-    }
-    if (end != nullptr) {
-      problem_ = Sentence("item ", seq, " is ", amount, end).text();
-      return problem_.c_str();
-    }
+    if (too_far || too_low || too_high) return problem_.c_str();
     first_position = first_position && !flown.has_position;
   }
   return nullptr;

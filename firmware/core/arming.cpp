@@ -8,7 +8,8 @@ const char* refuse_arming(const ArmingContext& c, bool forced) {
     bool hard;  // also when forced
     const char* why;
   };
-  const bool mode_arms = c.mode == Mode::kHold || c.mode == Mode::kMission || c.mode == Mode::kTakeoff || c.mode == Mode::kOffboard;
+  const bool mode_arms =
+      c.mode == Mode::kHold || c.mode == Mode::kMission || c.mode == Mode::kTakeoff || c.mode == Mode::kOffboard;
   const Check checks[] = {
       {!c.terminated, true, "terminated"},
       {c.attitude_valid, true, "no attitude"},

@@ -23,10 +23,10 @@ struct FlightItem {
   bool has_position = false;     // x and y given
   float yaw = 0.F;               // W, counter-clockwise from north
   bool has_yaw = false;
-  bool yaw_relative = false;     // kYaw: turn by yaw, not to it
+  bool yaw_relative = false;  // kYaw: turn by yaw, not to it
   float hold_s = 0.F;
-  float radius = 0.F;            // 0: NAV_ACC_RAD
-  float speed = 0.F;             // [m/s]; -1 keep, -2 default
+  float radius = 0.F;  // 0: NAV_ACC_RAD
+  float speed = 0.F;   // [m/s]; -1 keep, -2 default
   int jump_to = 0;
   int repeats = 0;
 };

@@ -9,12 +9,12 @@ namespace halfroll {
 namespace {
 
 // Cascade position -> velocity -> acceleration -> jerk. Unlimited, its poles are -2, -2, -4 rad/s: no overshoot.
-constexpr float kPositionGain = 0.8F;      // [1/s]
-constexpr float kVelocityGain = 2.5F;      // [1/s]
-constexpr float kAccelerationGain = 8.F;   // [1/s]
-constexpr float kBrakeShare = 0.5F;        // of the acceleration limit, planned for stopping; the rest is for jerk
-constexpr float kYawGain = 2.F;            // [1/s]
-constexpr float kYawRateMax = 1.F;         // [rad/s]
+constexpr float kPositionGain = 0.8F;     // [1/s]
+constexpr float kVelocityGain = 2.5F;     // [1/s]
+constexpr float kAccelerationGain = 8.F;  // [1/s]
+constexpr float kBrakeShare = 0.5F;       // of the acceleration limit, planned for stopping; the rest is for jerk
+constexpr float kYawGain = 2.F;           // [1/s]
+constexpr float kYawRateMax = 1.F;        // [rad/s]
 
 /// The vector shortened to at most `limit`.
 template <class V>

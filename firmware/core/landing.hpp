@@ -32,10 +32,10 @@ class LandedDetector {
   auto state() const { return std::tie(on_ground_, ground_z_, resting_s_); }
 
  private:
-  static constexpr float kLiftOff = 0.1F;       // [m]
-  static constexpr float kLowThrust = 0.6F;     // of the weight
-  static constexpr float kStill = 0.25F;        // [m/s]
-  static constexpr float kRestingTime = 0.5F;   // [s]
+  static constexpr float kLiftOff = 0.1F;      // [m]
+  static constexpr float kLowThrust = 0.6F;    // of the weight
+  static constexpr float kStill = 0.25F;       // [m/s]
+  static constexpr float kRestingTime = 0.5F;  // [s]
 
   bool on_ground_ = true;
   float ground_z_ = 0.F;

@@ -5,7 +5,7 @@
 namespace halfroll {
 namespace {
 
-constexpr int kItemsPerTick = 16;       // items that need no time; bounds the work of one tick
+constexpr int kItemsPerTick = 16;        // items that need no time; bounds the work of one tick
 constexpr float kTakeoffReached = 0.3F;  // [m], vertical
 constexpr float kOverLanding = 0.5F;     // [m], horizontal, before a landing goes down
 
@@ -35,7 +35,8 @@ void MissionRunner::take_over(int seq) {
 }
 
 void MissionRunner::reach(int seq) {
-  if (reached_count_ < kReachedQueue) reached_[static_cast<std::size_t>(reached_count_++)] = static_cast<std::int16_t>(seq);
+  if (reached_count_ < kReachedQueue)
+    reached_[static_cast<std::size_t>(reached_count_++)] = static_cast<std::int16_t>(seq);
 }
 
 int MissionRunner::take_reached() {
@@ -55,7 +56,8 @@ void MissionRunner::go_to(int seq, const MissionItems& items) {
   }
 }
 
-void MissionRunner::enter(const FlightItem& item, const Estimate& estimate, const FlatReference& reference, bool landed) {
+void MissionRunner::enter(const FlightItem& item, const Estimate& estimate, const FlatReference& reference,
+                          bool landed) {
   entered_ = true;
   arrived_ = false;
   waited_s_ = 0.F;
@@ -79,7 +81,7 @@ MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estim
     const FlightItem item = items.item(seq);
     if (!entered_) enter(item, estimate, reference, landed);
     out.target.position = entry_position_;
-    out.target.yaw = item.has_yaw ? item.yaw : entry_yaw_;
+    out.target.yaw = item.has_yaw ? item.yaw + (item.yaw_relative ? entry_yaw_ : 0.F) : entry_yaw_;
 
     switch (item.kind) {
       case ItemKind::kTakeoff:

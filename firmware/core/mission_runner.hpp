@@ -31,11 +31,11 @@ class MissionRunner {
  public:
   static constexpr int kMaxItems = 2000;
 
-  void reset(int first);                    // a new mission, or begin again
-  void set_current(int seq);                // continue with this item
+  void reset(int first);      // a new mission, or begin again
+  void set_current(int seq);  // continue with this item
   void set_current_and_clear_jumps(int seq);
-  void resume();                            // re-enter the current item (mode MISSION entered)
-  void take_over(int seq);                  // the ground station flew up to here: items before seq are reached
+  void resume();            // re-enter the current item (mode MISSION entered)
+  void take_over(int seq);  // the ground station flew up to here: items before seq are reached
   int current() const { return current_; }
   bool complete() const { return complete_; }
   void set_speed(float speed) {  // [m/s]; -1 keep, -2 default
@@ -43,14 +43,15 @@ class MissionRunner {
   }
 
   /// One 10 ms tick. `home` in W; `landed` ends a LAND item. Reached items: take_reached().
-  MissionStep step(const MissionItems& items, const Estimate& estimate, const FlatReference& reference, const Vec3& home,
-                   bool landed, float dt, const Params& params);
+  MissionStep step(const MissionItems& items, const Estimate& estimate, const FlatReference& reference,
+                   const Vec3& home, bool landed, float dt, const Params& params);
 
   /// Next item reached since last asked, in order, or -1.
   int take_reached();
 
   auto state() const {
-    return std::tie(current_, entered_, climbing_, arrived_, waited_s_, speed_, complete_, entry_position_, entry_yaw_, jumps_done_);
+    return std::tie(current_, entered_, climbing_, arrived_, waited_s_, speed_, complete_, entry_position_, entry_yaw_,
+                    jumps_done_);
   }
 
  private:
@@ -60,10 +61,10 @@ class MissionRunner {
 
   int current_ = 0;
   bool entered_ = false;
-  bool climbing_ = false;   // takeoff, or the first waypoint of a mission without one
+  bool climbing_ = false;  // takeoff, or the first waypoint of a mission without one
   bool arrived_ = false;
   float waited_s_ = 0.F;
-  float speed_ = -2.F;      // [m/s], -2: the default
+  float speed_ = -2.F;  // [m/s], -2: the default
   bool complete_ = false;
   Vec3 entry_position_ = Vec3::Zero();
   float entry_yaw_ = 0.F;

@@ -13,7 +13,7 @@ constexpr std::uint8_t kIgnoreAttitude = 128;
 
 constexpr std::int64_t kStampOldestUs = -50000, kStampNewestUs = 20000;
 constexpr std::uint64_t kFreshAtEntryUs = 100000;
-constexpr float kRateMax = 40.F;       // [rad/s]
+constexpr float kRateMax = 40.F;  // [rad/s]
 constexpr float kThrustMax = 1.001F;
 
 bool rate_used(std::uint8_t mask, int axis) { return (mask & (1 << axis)) == 0; }

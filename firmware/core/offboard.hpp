@@ -1,4 +1,5 @@
-// The setpoints of OFFBOARD: whose, how old, and what their age means. Why: a link that stops must never be noticed late.
+// The setpoints of OFFBOARD: whose, how old, and what their age means. Why: a link that stops must never be noticed
+// late.
 #pragma once
 #include "core/params.hpp"
 #include "core/types.hpp"
@@ -8,8 +9,8 @@ namespace halfroll {
 /// A setpoint as it came by link, in W and B, with what is needed to judge it.
 struct LinkSetpoint {
   Quat q_WD;
-  Vec3 w_WD_D = Vec3::Zero();   // [rad/s]
-  float thrust = 0.F;           // -1..1
+  Vec3 w_WD_D = Vec3::Zero();  // [rad/s]
+  float thrust = 0.F;          // -1..1
   std::uint8_t type_mask = 0;
   std::uint32_t stamp_ms = 0;   // sender's time_boot_ms; vehicle time if it follows it
   std::uint32_t source = 0;     // who: differs for every (system, component, endpoint)
@@ -33,8 +34,8 @@ class Offboard {
   std::uint32_t dropped() const { return dropped_; }
 
   auto state() const {
-    return std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, type_mask_, entered_us_, last_good_us_,
-                    has_setpoint_, has_owner_, owner_, owner_is_ground_, last_stamp_ms_, dropped_);
+    return std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, type_mask_, entered_us_,
+                    last_good_us_, has_setpoint_, has_owner_, owner_, owner_is_ground_, last_stamp_ms_, dropped_);
   }
 
  private:

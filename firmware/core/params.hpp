@@ -18,7 +18,7 @@ inline constexpr int kParamCount = sizeof(Params) / sizeof(float);
 
 struct ParamInfo {
   const char* id;  // at most 16 characters
-  float Params::*member;
+  float Params::* member;
   float default_value, least, most;
   const char* unit;
   std::uint8_t flags;

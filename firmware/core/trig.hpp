@@ -1,7 +1,7 @@
 // Sine, cosine and arctangent in float arithmetic alone. Why: libm's differ between C libraries, and host, module and
 // board must fly the same bits. Polynomials after Cephes (S. Moshier), least-squares on the reduced interval.
 //
-// Absolute error at most 2e-6 for |x| <= 1000 (tests/cpp/core/trig_test.cpp measures 1e-7). Arguments that are not
+// Absolute error at most 2e-6 for |x| <= 1000 (tests/cpp/core/trig_test.cpp measures 3e-7). Arguments that are not
 // finite, or beyond 1e5 where a float no longer tells where in a turn it is, count as 0: a NaN never gets out.
 #pragma once
 #include <cmath>

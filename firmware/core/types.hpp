@@ -75,8 +75,8 @@ struct Reference {
 
 /// Force and torque wanted of the rotors together.
 struct Wrench {
-  float thrust = 0.F;           // [N]
-  Vec3 torque = Vec3::Zero();   // [N·m], body axes
+  float thrust = 0.F;          // [N]
+  Vec3 torque = Vec3::Zero();  // [N·m], body axes
 };
 
 /// Thrust of each rotor [N]; rotor 1 sits on +y (left), 2 on -x (rear), 3 on -y (right), 4 on +x (front).

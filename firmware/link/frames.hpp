@@ -49,6 +49,10 @@ inline std::int32_t to_degE7(double angle_deg) {
 }
 inline double from_degE7(std::int32_t angle_degE7) { return angle_degE7 * 1e-7; }
 
+inline Origin origin_at(double lat_deg, double lon_deg, double alt_m) {
+  return {to_degE7(lat_deg), to_degE7(lon_deg), alt_m};
+}
+
 /// Metres per radian of latitude and of longitude at the origin.
 struct EarthRadii {
   double north, east;

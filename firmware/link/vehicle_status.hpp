@@ -25,6 +25,11 @@ struct Home {
   }
 };
 
+inline Home home_at(const Origin& origin, const Vec3& position, float yaw) {
+  const GlobalPosition here = global_from_local(origin, position);
+  return {position, yaw, here.lat_degE7, here.lon_degE7, static_cast<std::int32_t>(std::lround(here.alt_m * 1e3))};
+}
+
 struct MissionProgress {
   std::uint16_t current = 0;
   std::uint16_t total = 0;  // 0: none stored

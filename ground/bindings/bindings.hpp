@@ -1,4 +1,5 @@
-// Conversions every binding file shares. Why: Python sees arrays and keywords, C++ sees its own types; nothing is computed.
+// Conversions every binding file shares. Why: Python sees arrays and keywords, C++ sees its own types; nothing is
+// computed.
 #pragma once
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>

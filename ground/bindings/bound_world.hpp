@@ -10,7 +10,9 @@ class BoundWorld {
   BoundWorld(const sim::Plant& plant, const std::string& scenario, std::uint64_t seed)
       : plant_(plant), scenario_(named(scenario)), world_(sim::start(plant_, scenario_, seed)) {}
 
-  void step(const std::array<float, 4>& thrust) { world_ = sim::step(plant_, scenario_, world_, RotorCommands{thrust}); }
+  void step(const std::array<float, 4>& thrust) {
+    world_ = sim::step(plant_, scenario_, world_, RotorCommands{thrust});
+  }
 
   /// thrusts (N, 4) -> truth (N, 13): position, velocity, quaternion [w, x, y, z], body rate after each millisecond.
   py::array_t<double> step_many(const py::array_t<float, py::array::c_style | py::array::forcecast>& thrusts) {

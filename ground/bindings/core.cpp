@@ -45,6 +45,23 @@ void bind_values(py::module_& m) {
       .def_readonly("w_WD_D", &Setpoint::w_WD_D)
       .def_readonly("dw_WD_D", &Setpoint::dw_WD_D)
       .def_readonly("thrust", &Setpoint::thrust);
+
+  py::class_<PoseFix>(m, "PoseFix", "A pose from outside, sampled at t_us.")
+      .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB) {
+             return PoseFix{t_us, p_WB, to_quat(q_WB)};
+           }),
+           "t_us"_a, "p_WB"_a, "q_WB"_a)
+      .def_readonly("t_us", &PoseFix::t_us)
+      .def_readonly("p_WB", &PoseFix::p_WB)
+      .def_property_readonly("q_WB", [](const PoseFix& p) { return from_quat(p.q_WB); });
+
+  py::class_<Estimate>(m, "Estimate", "What the autopilot believes of its motion.")
+      .def_property_readonly("q_WB", [](const Estimate& e) { return from_quat(e.q_WB); })
+      .def_readonly("w_WB_B", &Estimate::w_WB_B)
+      .def_readonly("p_WB", &Estimate::p_WB)
+      .def_readonly("v_WB", &Estimate::v_WB)
+      .def_readonly("attitude_valid", &Estimate::attitude_valid)
+      .def_readonly("position_valid", &Estimate::position_valid);
 }
 
 void bind_params(py::module_& m) {
@@ -56,8 +73,9 @@ void bind_params(py::module_& m) {
       .def_readonly("unit", &ParamInfo::unit)
       .def_readonly("flags", &ParamInfo::flags)
       .def_readonly("meaning", &ParamInfo::meaning);
-  m.def("parameter_table", [] { return std::vector<ParamInfo>(kParamTable.begin(), kParamTable.end()); },
-        "All parameters in MAVLink index order.");
+  m.def(
+      "parameter_table", [] { return std::vector<ParamInfo>(kParamTable.begin(), kParamTable.end()); },
+      "All parameters in MAVLink index order.");
 
   const auto index_of = [](const std::string& id) {
     const int index = find_param(id.c_str());
@@ -93,8 +111,9 @@ struct BoundOuterLoop {
                 const FlatReference& at_sample, const FlatReference& now, const Vec3& lead_acceleration,
                 const Vec3& lead_rate, float mid_age, float sigma, bool sigma_event_near, bool on_ground) {
     const Estimate state{to_quat(q_WB), w_WB_B, p_WB, v_WB, true, true};
-    return loop.step({t_us, state, at_sample, now, lead_acceleration, lead_rate, mid_age, sigma, sigma_event_near, on_ground},
-                     params);
+    return loop.step(
+        {t_us, state, at_sample, now, lead_acceleration, lead_rate, mid_age, sigma, sigma_event_near, on_ground},
+        params);
   }
 
   OuterLoop loop;
@@ -102,17 +121,20 @@ struct BoundOuterLoop {
 };
 
 void bind_kernels(py::module_& m) {
-  m.def("multiply", [](const Quad& a, const Quad& b) { return from_quat(to_quat(a) * to_quat(b)); }, "a"_a, "b"_a,
-        "Hamilton product of two quaternions (4,), [w, x, y, z].");
+  m.def(
+      "multiply", [](const Quad& a, const Quad& b) { return from_quat(to_quat(a) * to_quat(b)); }, "a"_a, "b"_a,
+      "Hamilton product of two quaternions (4,), [w, x, y, z].");
   m.def("conjugate", [](const Quad& q) { return from_quat(conj(to_quat(q))); }, "q"_a);
-  m.def("rotate", [](const Quad& q, const Vec3& v) { return rotate(to_quat(q), v); }, "q"_a, "v"_a,
-        "R(q) v: body components to world for q_WB.");
+  m.def(
+      "rotate", [](const Quad& q, const Vec3& v) { return rotate(to_quat(q), v); }, "q"_a, "v"_a,
+      "R(q) v: body components to world for q_WB.");
 
   m.def(
       "attitude_wrench",
       [](const Quad& q_WB, const Vec3& w_WB_B, const Quad& q_WD, const Vec3& w_WD_D, const Vec3& dw_WD_D, float thrust,
          const Vehicle& vehicle, const Params& params) {
-        const Wrench wrench = attitude_wrench(to_quat(q_WB), w_WB_B, {to_quat(q_WD), w_WD_D, dw_WD_D, thrust}, vehicle, params);
+        const Wrench wrench =
+            attitude_wrench(to_quat(q_WB), w_WB_B, {to_quat(q_WD), w_WD_D, dw_WD_D, thrust}, vehicle, params);
         return std::make_tuple(wrench.thrust, wrench.torque);
       },
       "q_WB"_a, "w_WB_B"_a, "q_WD"_a, "w_WD_D"_a, "dw_WD_D"_a, "thrust"_a, "vehicle"_a, "params"_a,
@@ -121,18 +143,20 @@ void bind_kernels(py::module_& m) {
       "allocate",
       [](float thrust, const Vec3& torque, const Vehicle& vehicle) {
         const Allocation given = allocate({thrust, torque}, vehicle);
-        return std::make_tuple(given.rotors.thrust, std::array<bool, 3>{given.cut.tilt, given.cut.thrust, given.cut.yaw});
+        return std::make_tuple(given.rotors.thrust,
+                               std::array<bool, 3>{given.cut.tilt, given.cut.thrust, given.cut.yaw});
       },
       "thrust"_a, "torque"_a, "vehicle"_a,
       "Four rotor thrusts inside the limits, and which of (roll/pitch torque, thrust, yaw torque) was cut.");
 
   py::class_<BoundOuterLoop>(m, "OuterLoop", "Outer loop (Eqs 6-19), the one the firmware flies: call every 10 ms.")
       .def(py::init<const Vehicle&, const Params&>(), "vehicle"_a, "params"_a)
-      .def("reset", [](BoundOuterLoop& self, const Quad& q_WB) { self.loop.reset(to_quat(q_WB)); }, "q_WB"_a,
-           "Forget errors and chart; continue from this attitude.")
-      .def("step", &BoundOuterLoop::step, py::kw_only(), "t_us"_a, "q_WB"_a, "w_WB_B"_a, "p_WB"_a, "v_WB"_a, "at_sample"_a,
-           "now"_a, "lead_acceleration"_a = Vec3(Vec3::Zero()), "lead_rate"_a = Vec3(Vec3::Zero()), "mid_age"_a = 0.F,
-           "sigma"_a = 1.F, "sigma_event_near"_a = false, "on_ground"_a = false,
+      .def(
+          "reset", [](BoundOuterLoop& self, const Quad& q_WB) { self.loop.reset(to_quat(q_WB)); }, "q_WB"_a,
+          "Forget errors and chart; continue from this attitude.")
+      .def("step", &BoundOuterLoop::step, py::kw_only(), "t_us"_a, "q_WB"_a, "w_WB_B"_a, "p_WB"_a, "v_WB"_a,
+           "at_sample"_a, "now"_a, "lead_acceleration"_a = Vec3(Vec3::Zero()), "lead_rate"_a = Vec3(Vec3::Zero()),
+           "mid_age"_a = 0.F, "sigma"_a = 1.F, "sigma_event_near"_a = false, "on_ground"_a = false,
            "State (when sampled), the plan at the sample and now, and the plan's leads -> Setpoint.");
 }
 

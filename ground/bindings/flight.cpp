@@ -15,7 +15,8 @@ std::vector<Packet> packets(const LinkOutputs& out) {
   std::vector<Packet> sent;
   for (std::size_t i = 0; i < out.tx_count; ++i) {
     const link::TxFrame& frame = out.tx[i];
-    sent.emplace_back(frame.to.link, frame.to.slot, py::bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.size));
+    sent.emplace_back(frame.to.link, frame.to.slot,
+                      py::bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.size));
   }
   return sent;
 }
@@ -44,27 +45,30 @@ class BoundAutopilot {
   BoundAutopilot(const Vehicle& vehicle, const Params& params) : autopilot_(vehicle, params) {}
 
   BoundOutputs step(const Vec3& w_WB_B, const Vec3& specific_force_B, const std::optional<PoseFix>& pose,
-                    const std::string& rx, int link, int slot) {
+                    const py::bytes& rx, int link, int slot) {
     Inputs in;
     in.imu = {w_WB_B, specific_force_B};
     in.pose = pose;
-    const link::Datagram received = datagram(rx, link, slot);
+    const std::string bytes = rx;
+    const link::Datagram received = datagram(bytes, link, slot);
     in.link = with_storage(link_inputs(received), storing_);
     const Outputs out = autopilot_.step(in);
     storing_ = out.link.store.slot;
     return {out.rotors.thrust, packets(out.link)};
   }
 
-  std::vector<Packet> service(const std::string& rx, int link, int slot) {
-    const link::Datagram received = datagram(rx, link, slot);
+  std::vector<Packet> service(const py::bytes& rx, int link, int slot) {
+    const std::string bytes = rx;
+    const link::Datagram received = datagram(bytes, link, slot);
     const LinkOutputs out = autopilot_.service(with_storage(link_inputs(received), storing_));
     storing_ = out.store.slot;
     return packets(out);
   }
 
   /// imu (N, 6): rate, specific force; poses (N, 7): position, quaternion, NaN where none came; thrusts (N, 4).
-  py::array_t<float> step_many(const py::array_t<float, py::array::c_style | py::array::forcecast>& imu,
-                               const std::optional<py::array_t<float, py::array::c_style | py::array::forcecast>>& poses) {
+  py::array_t<float> step_many(
+      const py::array_t<float, py::array::c_style | py::array::forcecast>& imu,
+      const std::optional<py::array_t<float, py::array::c_style | py::array::forcecast>>& poses) {
     if (imu.ndim() != 2 || imu.shape(1) != 6) throw py::value_error("imu must have shape (N, 6)");
     if (poses && (poses->ndim() != 2 || poses->shape(1) != 7 || poses->shape(0) != imu.shape(0))) {
       throw py::value_error("poses must have shape (N, 7), a row for each row of imu");
@@ -125,29 +129,15 @@ void bind_flight(py::module_& m) {
   m.def("vehicle_setup", &sitl::make_vehicle, "name"_a = "mit-vp", "settings"_a = std::vector<std::string>{},
         "A shipped vehicle with settings like 'rotor.thrust_max_N=2.5' over it. ValueError says what is wrong.");
 
-  py::class_<PoseFix>(m, "PoseFix", "A pose from outside, sampled at t_us.")
-      .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB) { return PoseFix{t_us, p_WB, to_quat(q_WB)}; }),
-           "t_us"_a, "p_WB"_a, "q_WB"_a)
-      .def_readonly("t_us", &PoseFix::t_us)
-      .def_readonly("p_WB", &PoseFix::p_WB)
-      .def_property_readonly("q_WB", [](const PoseFix& p) { return from_quat(p.q_WB); });
-
-  py::class_<Estimate>(m, "Estimate", "What the autopilot believes of its motion.")
-      .def_property_readonly("q_WB", [](const Estimate& e) { return from_quat(e.q_WB); })
-      .def_readonly("w_WB_B", &Estimate::w_WB_B)
-      .def_readonly("p_WB", &Estimate::p_WB)
-      .def_readonly("v_WB", &Estimate::v_WB)
-      .def_readonly("attitude_valid", &Estimate::attitude_valid)
-      .def_readonly("position_valid", &Estimate::position_valid);
-
   py::class_<BoundOutputs>(m, "Outputs", "Rotor commands (4,) [N], and frames to send as (link, slot, bytes).")
       .def_readonly("thrust", &BoundOutputs::thrust)
       .def_readonly("tx", &BoundOutputs::tx);
 
   py::class_<BoundAutopilot>(m, "Autopilot", "The firmware itself, the same library as halfroll-sitl.")
       .def(py::init<const Vehicle&, const Params&>(), "vehicle"_a, "params"_a)
-      .def("step", &BoundAutopilot::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(), "rx"_a = py::bytes(""),
-           "link"_a = 0, "slot"_a = 0, "Advance 1 ms: sensors and received bytes in, Outputs out.")
+      .def("step", &BoundAutopilot::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(),
+           "rx"_a = py::bytes(""), "link"_a = 0, "slot"_a = 0,
+           "Advance 1 ms: sensors and received bytes in, Outputs out.")
       .def("service", &BoundAutopilot::service, "rx"_a, "link"_a = 0, "slot"_a = 0,
            "Answer the link while no time passes; frames as (link, slot, bytes).")
       .def("step_many", &BoundAutopilot::step_many, "imu"_a, "poses"_a = std::nullopt,
@@ -155,8 +145,10 @@ void bind_flight(py::module_& m) {
       .def("fly", &BoundAutopilot::fly, "world"_a, "steps"_a,
            "N milliseconds of closed loop with a World; the links hear nothing meanwhile.")
       .def("copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); })
-      .def("same_state", [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
-           "other"_a)
+      .def(
+          "same_state",
+          [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
+          "other"_a)
       .def_property_readonly("t_us", [](const BoundAutopilot& a) { return a.autopilot().t_us(); })
       .def_property_readonly("armed", [](const BoundAutopilot& a) { return a.autopilot().armed(); })
       .def_property_readonly("on_ground", [](const BoundAutopilot& a) { return a.autopilot().on_ground(); })

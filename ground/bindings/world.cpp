@@ -13,7 +13,8 @@ void bind_world(py::module_& m) {
       .def_readwrite("thrust_max", &sim::Plant::thrust_max);
 
   py::class_<BoundWorld>(m, "World", "The simulated world (double precision): rotors, rigid body, ground, sensors.")
-      .def(py::init<const sim::Plant&, const std::string&, std::uint64_t>(), "plant"_a, "scenario"_a = "nominal", "seed"_a = 0)
+      .def(py::init<const sim::Plant&, const std::string&, std::uint64_t>(), "plant"_a, "scenario"_a = "nominal",
+           "seed"_a = 0)
       .def("step", &BoundWorld::step, "thrust"_a, "Advance 1 ms under four rotor commands [N].")
       .def("step_many", &BoundWorld::step_many, "thrusts"_a,
            "thrusts (N, 4) -> truth (N, 13): p, v, q [w, x, y, z], w after each millisecond.")
@@ -27,7 +28,8 @@ void bind_world(py::module_& m) {
       .def_property_readonly("w_WB_B", [](const BoundWorld& w) { return w.world().body.w_WB_B; })
       .def_property_readonly("rotor_thrust", [](const BoundWorld& w) { return w.world().rotors.thrust; })
       .def_property_readonly("gyro", [](const BoundWorld& w) { return w.world().readings.imu.w_WB_B; })
-      .def_property_readonly("accelerometer", [](const BoundWorld& w) { return w.world().readings.imu.specific_force_B; })
+      .def_property_readonly("accelerometer",
+                             [](const BoundWorld& w) { return w.world().readings.imu.specific_force_B; })
       .def_property_readonly("pose", [](const BoundWorld& w) { return w.world().readings.pose; });
 }
 

@@ -1,7 +1,7 @@
 """What can go wrong, for people: which item, which value, which limit, what to do.
 
-Why: one tree, mapped to exit codes and JSON in one place (cli.py). Third-party exceptions are turned into these at the edge
-where they arise.
+Why: one tree, mapped to exit codes and JSON in one place (cli.py). Third-party exceptions are turned into these at
+the edge where they arise.
 
 HalfrollError
 ├── InputError            exit 2   bad mission, vehicle, option or file

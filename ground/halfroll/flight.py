@@ -24,7 +24,7 @@ from typing import IO, TYPE_CHECKING, Any
 from halfroll import simulator
 from halfroll.course import with_takeoff_and_landing
 from halfroll.crew import Debriefing, Orders, hear_all
-from halfroll.errors import HalfrollError, LinkError, PortInUse, SimulatorDied
+from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
 from halfroll.link import GROUND, Link
 from halfroll.mission import Mission
@@ -43,13 +43,15 @@ SITL_OFFBOARD_PORT, SITL_GCS_PORT = 14580, 18570
 INSTANCES = range(10)  # 14540 + 10 would be the GCS's port
 _POLL_S = 0.05
 _ENDS_WITHIN_S = 3.0
-_PORT_TAKEN = 3  # exit code of halfroll-sitl
+_BAD_OPTION, _PORT_TAKEN = 2, 3  # exit codes of halfroll-sitl
 _PHASES = {
     "mission": "plan",
     "planning": "plan",
+    "plan-progress": "plan",
     "armed": "take off",
     "approach": "go to the plan's start",
     "flying": "fly the plan",
+    "progress": "fly the plan",
     "handed-back": "land",
 }
 _CREW = "from halfroll.crew import main; main()"
@@ -158,14 +160,19 @@ def run_ground(
 ) -> None:
     """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
 
-    Raises PortInUse.
+    report: called for what a person wants to read, not for every step of progress. Raises PortInUse.
     """
+
+    def tell(event: Event) -> None:
+        if not event.kind.endswith("progress"):
+            report(event)
+
     transport = UdpTransport.bind(OFFBOARD_PORT + instance)
     try:
         with PlanningProcess() as planner:
             report(Event("connected", 0.0, f"waiting for an autopilot on UDP port {transport.port}"))
             link = Link(transport, GROUND)
-            station = Station(link, vehicle, planner, limits, margin, report=report)
+            station = Station(link, vehicle, planner, limits, margin, report=tell)
             while True:
                 wait_for_any([transport], _POLL_S / 2)
                 while hear_all([link], [station.hear]):
@@ -176,7 +183,7 @@ def run_ground(
                     report(Event("released", link.t_us * 1e-6, str(error)))
                     transport.forget_peer()
                     link = Link(transport, GROUND)
-                    station = Station(link, vehicle, planner, limits, margin, report=report)
+                    station = Station(link, vehicle, planner, limits, margin, report=tell)
                 station.answer_time()
     finally:
         transport.close()
@@ -240,7 +247,7 @@ class _Watch:
         if event.kind != "time":
             self._report(event)
         if event.kind in _PHASES:
-            self._progress(_PHASES[event.kind], event.fraction if event.kind == "flying" else None)
+            self._progress(_PHASES[event.kind], event.fraction if event.kind in ("flying", "progress") else None)
 
     def _simulator_fell(self) -> bool:
         """An error that follows from the simulator's end is not the reason."""
@@ -253,6 +260,8 @@ class _Watch:
         said = f"; it said: {words[-1]}" if words else ""
         if code == _PORT_TAKEN:
             return PortInUse(words[-1] if words else "a UDP port of the simulator is taken; choose another --instance")
+        if code == _BAD_OPTION:
+            return InputError(words[-1] if words else "the simulator refused its options")
         if code is not None and code > 0:
             return LinkError(f"the simulator did not run (exit code {code}){said}")
         how = "does not end" if code is None else "ended" if code == 0 else f"was ended by {signal.Signals(-code).name}"

@@ -22,6 +22,7 @@ from halfroll.references import References
 from halfroll.transport import Clock
 
 START_DISTANCE, START_SPEED = 0.05, 0.1  # m, m/s: near enough to the plan's start for its clock to start
+SETTLES_WITHIN_S = 10.0  # after the approach, or the autopilot flies the mission by itself
 _PROGRESS_EVERY_S = 0.1
 
 Converse = Callable[[Conversation[Any], Callable[[Any], None]], None]
@@ -70,8 +71,12 @@ class Following:
         if self.stage is Stage.APPROACH and self.owns and self._has_settled(here):
             self.stage, self._path, self._path_start_us = Stage.FLYING, self.planned.path, here.t_us
             self.record.plan_start_s = here.t_us * 1e-6
+            self._tell("flying", f"flying the plan, {self.planned.plan.T:.2f} s", 0.0)
+        elif self.stage is Stage.APPROACH and self._elapsed(here) > self._path.duration + SETTLES_WITHIN_S:
+            self.ended = f"it did not settle at the plan's start within {SETTLES_WITHIN_S:.0f} s"
+            self._give_back()
         if self.stage is Stage.FLYING:
-            self._follow(here, (here.t_us - self._path_start_us) * 1e-6)
+            self._follow(here, self._elapsed(here))
         setpoint = self._references.setpoint(self._path, self._path_start_us, here)
         thrust_fraction = setpoint.thrust / self._thrust_reference
         self._link.send(self._link.attitude_target(here.t_us, setpoint.q_WD, setpoint.w_WD_D, thrust_fraction))
@@ -95,8 +100,12 @@ class Following:
         else:
             self.end(f"OFFBOARD was refused (result {result})")
 
+    def _elapsed(self, here: Telemetry) -> float:
+        """[s] since the path began"""
+        return (here.t_us - self._path_start_us) * 1e-6
+
     def _has_settled(self, here: Telemetry) -> bool:
-        arrived = (here.t_us - self._path_start_us) * 1e-6 >= self._path.duration
+        arrived = self._elapsed(here) >= self._path.duration
         distance, speed = np.linalg.norm(here.p_WB - self._start.position), np.linalg.norm(here.v_WB)
         return bool(arrived and distance < START_DISTANCE and speed < START_SPEED)
 
@@ -110,11 +119,15 @@ class Following:
             self._report_progress(plan.waypoints[self._due].item)
         if t - self._told_s >= _PROGRESS_EVERY_S:
             self._told_s = t
-            self._tell("flying", "flying the plan", min(t / plan.T, 1.0), plan.waypoints[self._due].item)
+            self._tell("progress", "flying the plan", min(t / plan.T, 1.0), plan.waypoints[self._due].item)
         if t >= plan.T:
-            self.stage, self.record.plan_end_s = Stage.HAND_BACK, here.t_us * 1e-6
+            self.record.plan_end_s = here.t_us * 1e-6
             self._report_progress(course.hands_back_to)
-            self._converse(conversations.set_mode(self._link, wire.MISSION), self._hear_handed_back)
+            self._give_back()
+
+    def _give_back(self) -> None:
+        self.stage = Stage.HAND_BACK
+        self._converse(conversations.set_mode(self._link, wire.MISSION), self._hear_handed_back)
 
     def _report_progress(self, seq: int | None) -> None:
         """Everything before item seq has been passed."""
@@ -129,7 +142,7 @@ class Following:
             self.end(f"handing back was refused (result {result})")
         elif not self.done:
             self.stage, self.owns = Stage.DONE, False
-            self._tell("handed-back", "the plan is flown, the autopilot goes on", 1.0)
+            self._tell("handed-back", f"{self.ended or 'the plan is flown'}, the autopilot goes on: {self.record}", 1.0)
 
     def _tell(self, kind: str, text: str, fraction: float | None = None, item: int | None = None) -> None:
         self._report(Event(kind, self._link.t_us * 1e-6, text, fraction, item))

@@ -7,12 +7,12 @@ one message (mission transfer, commands with their answer) is a conversation, se
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from halfroll.frames import degrees_from_wire, from_wire, to_wire
 from halfroll.geodesy import GeoPoint
@@ -291,7 +291,7 @@ class Link:
     def time_reply(self, request: TimeRequest) -> Any:
         return self._codec.timesync_encode(max(request.stamp, 1), request.stamp)
 
-    def attitude_target(self, t_us: int, q_WD: Sequence[float], w_WD_D: Sequence[float], thrust_fraction: float) -> Any:
+    def attitude_target(self, t_us: int, q_WD: ArrayLike, w_WD_D: ArrayLike, thrust_fraction: float) -> Any:
         """thrust_fraction: signed, of VEH_T_REF. Cut to what the autopilot takes: it drops a setpoint beyond, whole."""
         q = to_wire(q_WD)
         rates = np.clip(to_wire(w_WD_D), -_BODY_RATE_LARGEST, _BODY_RATE_LARGEST)

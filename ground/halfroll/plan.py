@@ -227,6 +227,12 @@ def plan_course(
                 f"{limits.floor:g} m; raise it",
                 point.waypoint.item,
             )
+        speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
+        if limits.speed_max is not None and speed > limits.speed_max:
+            raise InfeasibleSegment(
+                f"{point.name}: speed of {speed:.2f} m/s is above the limit of {limits.speed_max:g} m/s; lower it",
+                point.waypoint.item,
+            )
     trajectory: PiecewisePolynomial | None = None
     arrivals, fastest = [0.0], []
     first = 0

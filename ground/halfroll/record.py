@@ -16,9 +16,9 @@ from halfroll.planning import Planned
 class Event:
     """Something a person watching would like to know.
 
-    kind: connected, mission, planning, planned, plan-failed, uploaded, armed, approach, flying, item, handed-back,
-    released, text (STATUSTEXT of the autopilot), landed. t_s: vehicle time; fraction: of the planned part; item: its
-    sequence number.
+    kind: connected, mission, planning, plan-progress, planned, plan-failed, late, upload, uploaded, armed, approach,
+    flying, progress, item, handed-back, released, text (STATUSTEXT of the autopilot), landed, time. t_s: vehicle time;
+    fraction: of the planned part; item: its sequence number.
     """
 
     kind: str
@@ -38,6 +38,10 @@ class Record:
     sent_s: list[float] = field(default_factory=list)  # each reference
     sent_wall_s: list[float] = field(default_factory=list)
     error_m: list[float] = field(default_factory=list)  # telemetry against the plan, each tick
+
+    def __str__(self) -> str:
+        rate, interval_ms = self.rate_hz(by_wall_clock=True), 1e3 * self.interval_p99_s()
+        return f"{self.references_sent} references, {rate:.1f} a second, 99 % of intervals under {interval_ms:.1f} ms"
 
     @property
     def references_sent(self) -> int:

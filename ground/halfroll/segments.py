@@ -42,7 +42,8 @@ def monomials(tau: ArrayLike, derivative: int) -> Array:
 _AT_START = np.vstack([monomials(0.0, d) for d in range(ORDER)])  # (10, 10), derivative d of the piece at tau = 0
 _AT_END = np.vstack([monomials(1.0, d) for d in range(ORDER)])
 # Hermite form: coefficients from the tau-derivatives 0..4 at the start and 0..4 at the end.
-_HERMITE = np.linalg.inv(np.vstack([_AT_START[:GIVEN], _AT_END[:GIVEN]]))
+# Its entries are whole numbers over 4!, so rounding makes them exact.
+_HERMITE = np.rint(24.0 * np.linalg.inv(np.vstack([_AT_START[:GIVEN], _AT_END[:GIVEN]]))) / 24.0
 _START_JUMP = _AT_START[GIVEN:] @ _HERMITE  # (5, 10), derivatives 5..9 at the start of a piece
 _END_JUMP = _AT_END[GIVEN:] @ _HERMITE
 

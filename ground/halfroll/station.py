@@ -103,6 +103,7 @@ class Station:
         self._request: PlanRequest | None = None
         self._planned_home = np.zeros(3)
         self._take_over_due, self._flown = False, False
+        self._missed = False  # items are reached without a plan being flown
 
     @property
     def lockstep(self) -> bool:
@@ -220,7 +221,7 @@ class Station:
     def _hear_planner(self) -> None:
         said = self._planner.progress()
         if said:
-            self._tell("planning", said)
+            self._tell("plan-progress", said)
         self.outcome = outcome = self._planner.poll()
         if outcome is None:
             return
@@ -234,6 +235,8 @@ class Station:
             self.state = State.READY
             self._say(f"plan ready, {outcome.plan.T:.2f} s", "planned")
             self._take_over_due = self._is_rest and self._mode == wire.MISSION
+            if self._armed and not self._take_over_due and self._missed:
+                self._say("plan is late: pause and continue", "late", wire.NOTICE)
 
     # Who flies.
 
@@ -248,16 +251,16 @@ class Station:
             self.following.hear_mode(mode, armed)
             self._settle_following()
         if not armed:
-            self._flown = self._take_over_due = False
+            self._flown = self._take_over_due = self._missed = False
             if self._is_rest:  # the next flight begins at the beginning
                 self.state, self.outcome, self._request = State.IDLE, None, None
         elif (before, mode) == (wire.HOLD, wire.MISSION) and self._is_rest:
             self._take_over_due = self.state is State.READY
 
     def _hear_reached(self, seq: int) -> None:
-        first = self.planned.course.first_item if self.planned else None
-        if seq == first and self.state is State.READY and self._mode == wire.MISSION and not self._flown:
-            self._take_over_due = True
+        self._missed = self._mode == wire.MISSION and self.state is not State.FLYING and not self._flown
+        if self._missed and self.planned and seq == self.planned.course.first_item:
+            self._missed, self._take_over_due = False, True
 
     def _tick(self, here: Telemetry) -> None:
         """Every 10 ms of vehicle time, once."""

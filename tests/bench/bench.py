@@ -86,7 +86,13 @@ def closed_form_figures() -> list[dict[str, object]]:
     for n in (100, 1000, 10000):
         nodes = np.stack([rest(p) if k in (0, n - 1) else node(p) for k, p in enumerate(rng.uniform(-5, 5, (n, 4)))])
         durations = rng.uniform(0.5, 1.5, n - 1)
-        figures.append({"name": f"closed_form_{n}_ms", "value": 1e3 * seconds(lambda a=nodes, b=durations: solve(a, b)), "unit": "ms"})
+        figures.append(
+            {
+                "name": f"closed_form_{n}_ms",
+                "value": 1e3 * seconds(lambda a=nodes, b=durations: solve(a, b)),
+                "unit": "ms",
+            }
+        )
     return figures
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from halfroll.flatness import inverse_dynamics, rotor_thrusts, upright_outputs
 from halfroll.segments import FREE, node, rest, solve
 from halfroll.vehicle import GRAVITY, load_vehicle
-
 from oracle import rigid_body
 
 VP = load_vehicle("mit-vp")
@@ -77,8 +77,9 @@ def test_rotor_thrusts_fly_the_path_open_loop(case):
         return inverse_dynamics(moment, path.derivatives(moment), VP, flips, o.charts).rotors[0]
 
     breaks = np.unique([*breaks, *(flip + side for flip in flips for side in (-2e-4, 2e-4))])
-    positions, attitudes = rigid_body.fly_open_loop(thrusts, breaks, start, **BODY)
-    assert positions == pytest.approx(path.at(breaks)[:, :3], abs=1e-6)
+    rtol, off = (1e-9, 1e-5) if flips else (1e-12, 1e-6)  # next to F = 0 rounding is divided by F: 1e-8 N, 1e-5 rad/s
+    positions, attitudes = rigid_body.fly_open_loop(thrusts, breaks, start, rtol=rtol, **BODY)
+    assert positions == pytest.approx(path.at(breaks)[:, :3], abs=off)
     alike = np.abs((attitudes[-1] * o.q_WD[-1]).sum())
     assert alike == pytest.approx(1.0, abs=1e-6)
 
@@ -90,6 +91,8 @@ def test_rates_are_the_derivative_of_attitude_and_accelerations_of_rates(case):
     away = np.ones(len(t) - 2, dtype=bool)  # a difference across a piece or a chart change is one of lower order
     for event in [*case()[0].times, *o.charts.changes]:
         away &= np.abs(t[inner] - event) > 3 * (t[1] - t[0])
+    for flip in case()[1]:  # next to F = 0 rounding of F is divided by F
+        away &= np.abs(t[inner] - flip) > 1e-3
     rate = body_rate_by_differences(t, o.q_WD)
     assert rate[away] == pytest.approx(o.w_WD_D[inner][away], abs=1e-4 * (1 + np.abs(o.w_WD_D).max()))
     acceleration = (o.w_WD_D[2:] - o.w_WD_D[:-2]) / (t[2:] - t[:-2])[:, None]
@@ -128,7 +131,7 @@ def test_straight_down_harder_than_gravity_pushes_down_and_stays_upright():
     assert o.vertical.all()
     assert o.thrust.min() < 0.0
     assert np.all(o.sigma == 1.0)
-    assert not o.w_WD_D.any()
+    assert o.w_WD_D == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_fast_upright_form_is_the_same_inverse_dynamics():
@@ -136,13 +139,13 @@ def test_the_fast_upright_form_is_the_same_inverse_dynamics():
     t, o = outputs((path, ()), 200)
     derivatives = np.moveaxis(path.derivatives(t), 0, -1)
     rotors, force, rate = upright_outputs(derivatives, VP, vertical=False)
-    assert rotors.T == pytest.approx(o.rotors, abs=1e-12)
-    assert force.T == pytest.approx(o.force, abs=1e-12)
-    assert rate.T == pytest.approx(o.w_WD_D, abs=1e-12)
+    assert pytest.approx(o.rotors, abs=1e-12) == rotors.T
+    assert pytest.approx(o.force, abs=1e-12) == force.T
+    assert pytest.approx(o.w_WD_D, abs=1e-10) == rate.T
     path, _ = straight_down()
     t, o = outputs((path, ()), 200)
     rotors, _, _ = upright_outputs(np.moveaxis(path.derivatives(t), 0, -1), VP, vertical=True)
-    assert rotors.T == pytest.approx(o.rotors, abs=1e-12)
+    assert pytest.approx(o.rotors, abs=1e-12) == rotors.T
 
 
 def test_hover_shares_the_weight():

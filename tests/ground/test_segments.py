@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from halfroll.errors import PlanError
-from halfroll.segments import FREE, monomials, node, rest, solve, standing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from halfroll.errors import PlanError
+from halfroll.segments import FREE, monomials, node, rest, solve, standing
 from oracle import textbook_polynomials
 
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 from halfroll.errors import VehicleError
 from halfroll.vehicle import GRAVITY, load_vehicle, shipped_vehicles
 

@@ -16,7 +16,7 @@ def rotation(q):
     return (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
 
 
-def fly_open_loop(thrusts_at, breaks, start, *, mass, inertia, arm, yaw_coefficient):
+def fly_open_loop(thrusts_at, breaks, start, *, mass, inertia, arm, yaw_coefficient, rtol=1e-12):
     """Positions (K, 3) and quaternions (K, 4) at the break times (K,).
 
     thrusts_at(t) -> (4,): rotors left, back, right, front; smooth between the breaks, where integration restarts.
@@ -42,7 +42,7 @@ def fly_open_loop(thrusts_at, breaks, start, *, mass, inertia, arm, yaw_coeffici
 
     states = [np.asarray(start, dtype=float)]
     for begin, end in zip(breaks[:-1], breaks[1:], strict=True):
-        run = solve_ivp(slope, (begin, end), states[-1], method="DOP853", rtol=1e-12, atol=1e-13)
+        run = solve_ivp(slope, (begin, end), states[-1], method="DOP853", rtol=rtol, atol=0.1 * rtol)
         assert run.success, run.message
         states.append(run.y[:, -1])
     states = np.array(states)

@@ -121,8 +121,8 @@ TEST_CASE("items that the ground station flew are reached when it reports them")
 TEST_CASE("a mission that begins with a waypoint climbs before it crosses") {
   PerfectFlight flight({to(ItemKind::kWaypoint, {30.F, 0.F, 2.F})});
   for (int i = 0; i < 60; ++i) {
-    const MissionStep step = flight.runner.step(flight.items, flight.estimate, flight.follower.reference(), Vec3::Zero(), true,
-                                                kReferenceDt, flight.params);
+    const MissionStep step = flight.runner.step(flight.items, flight.estimate, flight.follower.reference(),
+                                                Vec3::Zero(), true, kReferenceDt, flight.params);
     CHECK(step.target.position.x() == 0.F);
     CHECK(step.target.position.z() == doctest::Approx(flight.params.takeoff_altitude));
   }

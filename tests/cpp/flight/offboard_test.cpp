@@ -27,7 +27,9 @@ TEST_CASE("the ladder of a silent link: track, drop rates, recover, lose") {
   offboard.enter(kSecond);
   CHECK(offboard.stage(kSecond, true, params) == OffboardStage::kWaiting);
   REQUIRE(offboard.accept(good(), kSecond, true, params) == nullptr);
-  const auto after = [&](float s) { return offboard.stage(kSecond + static_cast<std::uint64_t>(s * 1e6F), true, params); };
+  const auto after = [&](float s) {
+    return offboard.stage(kSecond + static_cast<std::uint64_t>(s * 1e6F), true, params);
+  };
   CHECK(after(0.02F) == OffboardStage::kTracking);
   CHECK(after(0.05F) == OffboardStage::kNoRates);
   CHECK(after(0.2F) == OffboardStage::kRecovering);

@@ -1,0 +1,424 @@
+"""
+The firmware and the simulated world, linked from the same libraries as halfroll-sitl.
+"""
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+__all__: list[str] = ['Autopilot', 'Estimate', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'multiply', 'parameter_table', 'rotate', 'vehicle_setup']
+class RotorKind:
+    """
+    Members:
+    
+      VARIABLE_PITCH
+    
+      FIXED_PITCH
+    """
+    FIXED_PITCH: typing.ClassVar[RotorKind]
+    VARIABLE_PITCH: typing.ClassVar[RotorKind]
+    __members__: typing.ClassVar[dict[str, RotorKind]]
+    @typing.overload
+    def __eq__(self, other: RotorKind) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: RotorKind) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Vehicle:
+    """
+    What the firmware knows of the vehicle. SI; inertia (3,) about body axes.
+    """
+    rotor_kind: RotorKind
+    def __init__(self) -> None:
+        ...
+    @property
+    def arm(self) -> float:
+        ...
+    @arm.setter
+    def arm(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def inertia(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @inertia.setter
+    def inertia(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> None:
+        ...
+    @property
+    def mass(self) -> float:
+        ...
+    @mass.setter
+    def mass(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def rotor_lag(self) -> float:
+        ...
+    @rotor_lag.setter
+    def rotor_lag(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def rotor_lag_down(self) -> float:
+        ...
+    @rotor_lag_down.setter
+    def rotor_lag_down(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def thrust_max(self) -> float:
+        ...
+    @thrust_max.setter
+    def thrust_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def thrust_min(self) -> float:
+        ...
+    @thrust_min.setter
+    def thrust_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def yaw_coefficient(self) -> float:
+        ...
+    @yaw_coefficient.setter
+    def yaw_coefficient(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class FlatReference:
+    """
+    A point of a trajectory in W: (3,) vectors, SI; yaw in radians.
+    """
+    def __init__(self, *, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., jerk: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., snap: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., yaw: typing.SupportsFloat | typing.SupportsIndex = 0.0, yaw_rate: typing.SupportsFloat | typing.SupportsIndex = 0.0, yaw_acceleration: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    @property
+    def acceleration(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @acceleration.setter
+    def acceleration(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> None:
+        ...
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @position.setter
+    def position(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> None:
+        ...
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @velocity.setter
+    def velocity(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> None:
+        ...
+    @property
+    def yaw(self) -> float:
+        ...
+    @yaw.setter
+    def yaw(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class Setpoint:
+    """
+    Attitude, body rates and signed thrust [N] wanted at t_us.
+    """
+    @property
+    def dw_WD_D(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def q_WD(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
+        ...
+    @property
+    def t_us(self) -> int:
+        ...
+    @property
+    def thrust(self) -> float:
+        ...
+    @property
+    def w_WD_D(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+class PoseFix:
+    """
+    A pose from outside, sampled at t_us.
+    """
+    def __init__(self, t_us: typing.SupportsInt | typing.SupportsIndex, p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> None:
+        ...
+    @property
+    def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def q_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
+        ...
+    @property
+    def t_us(self) -> int:
+        ...
+class Estimate:
+    """
+    What the autopilot believes of its motion.
+    """
+    @property
+    def attitude_valid(self) -> bool:
+        ...
+    @property
+    def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def position_valid(self) -> bool:
+        ...
+    @property
+    def q_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
+        ...
+    @property
+    def v_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def w_WB_B(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+class ParamInfo:
+    """
+    One row of the parameter table.
+    """
+    @property
+    def default(self) -> float:
+        ...
+    @property
+    def flags(self) -> int:
+        ...
+    @property
+    def id(self) -> str:
+        ...
+    @property
+    def least(self) -> float:
+        ...
+    @property
+    def meaning(self) -> str:
+        ...
+    @property
+    def most(self) -> float:
+        ...
+    @property
+    def unit(self) -> str:
+        ...
+class Params:
+    """
+    Current parameter values by MAVLink id.
+    """
+    def __getitem__(self, id: str) -> float:
+        ...
+    def __init__(self) -> None:
+        ...
+    def __setitem__(self, id: str, wanted: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def copy(self) -> Params:
+        ...
+class OuterLoop:
+    """
+    Outer loop (Eqs 6-19), the one the firmware flies: call every 10 ms.
+    """
+    def __init__(self, vehicle: Vehicle, params: Params) -> None:
+        ...
+    def reset(self, q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> None:
+        """
+        Forget errors and chart; continue from this attitude.
+        """
+    def step(self, *, t_us: typing.SupportsInt | typing.SupportsIndex, q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], v_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], at_sample: FlatReference, now: FlatReference, lead_acceleration: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., lead_rate: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., mid_age: typing.SupportsFloat | typing.SupportsIndex = 0.0, sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, sigma_event_near: bool = False, on_ground: bool = False) -> Setpoint:
+        """
+        State (when sampled), the plan at the sample and now, and the plan's leads -> Setpoint.
+        """
+class Plant:
+    """
+    The simulated vehicle, SI.
+    """
+    ideal_rotors: bool
+    @property
+    def arm(self) -> float:
+        ...
+    @arm.setter
+    def arm(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def inertia(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @inertia.setter
+    def inertia(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> None:
+        ...
+    @property
+    def mass(self) -> float:
+        ...
+    @mass.setter
+    def mass(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def thrust_max(self) -> float:
+        ...
+    @thrust_max.setter
+    def thrust_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def thrust_min(self) -> float:
+        ...
+    @thrust_min.setter
+    def thrust_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class World:
+    """
+    The simulated world (double precision): rotors, rigid body, ground, sensors.
+    """
+    def __init__(self, plant: Plant, scenario: str = 'nominal', seed: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+    def copy(self) -> World:
+        ...
+    def place(self, p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], v_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], thrust: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"]) -> None:
+        """
+        Start again at time 0 from this state, rotors settled at these thrusts.
+        """
+    def step(self, thrust: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"]) -> None:
+        """
+        Advance 1 ms under four rotor commands [N].
+        """
+    def step_many(self, thrusts: typing.Annotated[numpy.typing.ArrayLike, numpy.float32]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        thrusts (N, 4) -> truth (N, 13): p, v, q [w, x, y, z], w after each millisecond.
+        """
+    @property
+    def accelerometer(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def gyro(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def pose(self) -> PoseFix | None:
+        ...
+    @property
+    def q_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        ...
+    @property
+    def rotor_thrust(self) -> typing.Annotated[list[float], "FixedSize(4)"]:
+        ...
+    @property
+    def t_us(self) -> int:
+        ...
+    @property
+    def v_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def w_WB_B(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+class VehicleSetup:
+    """
+    A vehicle as firmware, world and parameters see it.
+    """
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def params(self) -> Params:
+        ...
+    @property
+    def plant(self) -> Plant:
+        ...
+    @property
+    def vehicle(self) -> Vehicle:
+        ...
+class Outputs:
+    """
+    Rotor commands (4,) [N], and frames to send as (link, slot, bytes).
+    """
+    @property
+    def thrust(self) -> typing.Annotated[list[float], "FixedSize(4)"]:
+        ...
+    @property
+    def tx(self) -> list[tuple[int, int, bytes]]:
+        ...
+class Autopilot:
+    """
+    The firmware itself, the same library as halfroll-sitl.
+    """
+    def __init__(self, vehicle: Vehicle, params: Params) -> None:
+        ...
+    def copy(self) -> Autopilot:
+        ...
+    def fly(self, world: World, steps: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        N milliseconds of closed loop with a World; the links hear nothing meanwhile.
+        """
+    def same_state(self, other: Autopilot) -> bool:
+        ...
+    def service(self, rx: bytes, link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0) -> list[tuple[int, int, bytes]]:
+        """
+        Answer the link while no time passes; frames as (link, slot, bytes).
+        """
+    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, rx: bytes = b'', link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0) -> Outputs:
+        """
+        Advance 1 ms: sensors and received bytes in, Outputs out.
+        """
+    def step_many(self, imu: typing.Annotated[numpy.typing.ArrayLike, numpy.float32], poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].
+        """
+    @property
+    def armed(self) -> bool:
+        ...
+    @property
+    def estimate(self) -> Estimate:
+        ...
+    @property
+    def mode(self) -> str:
+        ...
+    @property
+    def on_ground(self) -> bool:
+        ...
+    @property
+    def params(self) -> Params:
+        ...
+    @property
+    def t_us(self) -> int:
+        ...
+def allocate(thrust: typing.SupportsFloat | typing.SupportsIndex, torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], vehicle: Vehicle) -> tuple[typing.Annotated[list[float], "FixedSize(4)"], typing.Annotated[list[bool], "FixedSize(3)"]]:
+    """
+    Four rotor thrusts inside the limits, and which of (roll/pitch torque, thrust, yaw torque) was cut.
+    """
+def attitude_wrench(q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], q_WD: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], w_WD_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], dw_WD_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], thrust: typing.SupportsFloat | typing.SupportsIndex, vehicle: Vehicle, params: Params) -> tuple[float, typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]]:
+    """
+    Attitude law (Eq 22, corrected): (thrust [N], torque (3,) [N m]).
+    """
+def conjugate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
+    ...
+def multiply(a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], b: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
+    """
+    Hamilton product of two quaternions (4,), [w, x, y, z].
+    """
+def parameter_table() -> list[ParamInfo]:
+    """
+    All parameters in MAVLink index order.
+    """
+def rotate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], v: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+    """
+    R(q) v: body components to world for q_WB.
+    """
+def vehicle_setup(name: str = 'mit-vp', settings: collections.abc.Sequence[str] = []) -> VehicleSetup:
+    """
+    A shipped vehicle with settings like 'rotor.thrust_max_N=2.5' over it. ValueError says what is wrong.
+    """

@@ -1,0 +1,69 @@
+"""The worker process that plans: what comes out of it, and that it ends."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+
+import pytest
+
+from halfroll.errors import MissionError
+from halfroll.geodesy import DEFAULT_ORIGIN
+from halfroll.mission import MissionItem
+from halfroll.planning import NothingToPlan, Planned, PlanningProcess, PlanRequest, plan_mission
+from halfroll.transport import MemoryTransport
+from halfroll.vehicle import load_vehicle
+
+NAN = math.nan
+TAKEOFF = MissionItem(22, 3, (0.0, 0.0, 0.0, NAN), 473977420, 85455940, 2.0)
+NORTH = MissionItem(16, 3, (0.0, 0.0, 0.0, NAN), 473977600, 85455940, 2.0)
+LAND = MissionItem(21, 3, (0.0, 0.0, 0.0, NAN), 473977600, 85455940, 0.0)
+REQUEST = PlanRequest((TAKEOFF, NORTH, LAND), DEFAULT_ORIGIN, DEFAULT_ORIGIN, 2.5, 0.0, load_vehicle("mit-vp"))
+
+
+def outcome_of(planner, request):
+    planner.submit(request)
+    while (outcome := planner.poll()) is None:
+        MemoryTransport.pair()[0].receive(0.01)
+    return outcome
+
+
+def test_the_worker_plans_what_would_be_planned_here_and_says_how_far_it_is():
+    with PlanningProcess() as planner:
+        there, here = outcome_of(planner, REQUEST), plan_mission(REQUEST)
+        assert isinstance(there, Planned)
+        assert isinstance(here, Planned)
+        assert there.plan.times_s == pytest.approx(here.plan.times_s, rel=1e-9)
+        assert there.path.duration == pytest.approx(there.plan.T, abs=1e-3)
+        assert planner.progress()
+
+
+def test_what_cannot_be_planned_comes_back_as_the_error_with_its_item():
+    below = replace(NORTH, z=-50.0)
+    with PlanningProcess() as planner:
+        error = outcome_of(planner, replace(REQUEST, items=(TAKEOFF, below, LAND)))
+        assert isinstance(error, MissionError)
+        assert error.item == 1
+        assert isinstance(outcome_of(planner, REQUEST), Planned)  # the next one is planned all the same
+
+
+def test_a_mission_without_a_second_point_needs_no_plan():
+    assert isinstance(plan_mission(replace(REQUEST, items=(TAKEOFF, replace(LAND, x=TAKEOFF.x)))), NothingToPlan)
+
+
+def test_the_rest_of_a_mission_is_planned_from_where_it_hovers():
+    rest = plan_mission(replace(REQUEST, from_item=1, start=(0.5, 0.0, 2.2)))
+    assert isinstance(rest, Planned)
+    assert rest.plan.waypoints[0].position == (0.5, 0.0, 2.2)
+    assert [waypoint.item for waypoint in rest.plan.waypoints] == [None, 1]
+
+
+def test_closing_ends_the_worker_in_the_middle_of_a_plan():
+    planner = PlanningProcess()
+    planner.submit(REQUEST)
+    (worker,) = planner._pool._processes.values()
+    planner.close()
+    assert not worker.is_alive()
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker.pid, 0)
