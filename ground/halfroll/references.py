@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfroll import segments
+from halfroll import _firmware, segments
+from halfroll._firmware import FlatReference, OuterLoop, RotorKind, Setpoint
 from halfroll.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from halfroll._firmware import FlatReference, OuterLoop, Setpoint
-    from halfroll._firmware import Vehicle as FirmwareVehicle
     from halfroll.plan import Plan
 
 Array = NDArray[np.float64]
@@ -142,21 +141,18 @@ def heading(q_WB: Array) -> float:
 
 
 class References:
-    """One setpoint a tick along a path. `loop` is the bound outer loop, holding the autopilot's gains; flat makes its
-    FlatReference of (5, 4) derivatives."""
+    """One setpoint a tick along a path. `loop` is the bound outer loop, holding the autopilot's gains."""
 
-    def __init__(self, loop: OuterLoop, leads: Leads, flat: Callable[[Array], FlatReference]) -> None:
-        self._loop, self._leads, self._flat = loop, leads, flat
+    def __init__(self, loop: OuterLoop, leads: Leads) -> None:
+        self._loop, self._leads = loop, leads
 
     @classmethod
     def for_vehicle(cls, vehicle: Vehicle, params: Mapping[str, float], link_delay: float) -> References:
         """params: the autopilot's, at least PARAMETERS."""
-        from halfroll import _firmware
-
         bound = _firmware.Params()
         for name in PARAMETERS:
             bound[name] = params[name]
-        return cls(_firmware.OuterLoop(firmware_vehicle(vehicle), bound), Leads.of(params, link_delay), _flat)
+        return cls(_firmware.OuterLoop(firmware_vehicle(vehicle), bound), Leads.of(params, link_delay))
 
     def begin(self, state: TelemetryLike) -> None:
         """Forget what was flown before; continue from this attitude."""
@@ -165,7 +161,7 @@ class References:
     def setpoint(self, path: Path, start_us: int, state: TelemetryLike) -> Setpoint:
         """What to send at the tick of `state` when `path` began at start_us of vehicle time."""
         t = (state.t_us - start_us) * 1e-6
-        now = self._flat(path.at(t))
+        now = _flat(path.at(t))
         return self._loop.step(
             t_us=state.t_us,
             q_WB=state.q_WB,
@@ -183,11 +179,9 @@ class References:
 
 
 def _flat(derivatives: Array) -> FlatReference:
-    from halfroll import _firmware
-
     position, velocity, acceleration, jerk, snap = derivatives[:, :3]
     yaw, yaw_rate, yaw_acceleration = derivatives[:3, 3].tolist()
-    return _firmware.FlatReference(
+    return FlatReference(
         position=position,
         velocity=velocity,
         acceleration=acceleration,
@@ -199,15 +193,12 @@ def _flat(derivatives: Array) -> FlatReference:
     )
 
 
-def firmware_vehicle(vehicle: Vehicle) -> FirmwareVehicle:
+def firmware_vehicle(vehicle: Vehicle) -> _firmware.Vehicle:
     """The vehicle as the firmware's C++ knows it."""
-    from halfroll import _firmware
-
-    kinds = _firmware.RotorKind
     bound = _firmware.Vehicle()
     bound.mass, bound.inertia = vehicle.mass_kg, np.array(vehicle.inertia_kg_m2)
     bound.arm, bound.yaw_coefficient = vehicle.arm_m, vehicle.yaw_coefficient_m
-    bound.rotor_kind = kinds.VARIABLE_PITCH if vehicle.variable_pitch else kinds.FIXED_PITCH
+    bound.rotor_kind = RotorKind.VARIABLE_PITCH if vehicle.variable_pitch else RotorKind.FIXED_PITCH
     bound.thrust_min, bound.thrust_max = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
     bound.rotor_lag, bound.rotor_lag_down = vehicle.rotor.lag_s, vehicle.rotor.lag_down_s
     return bound

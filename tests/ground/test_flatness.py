@@ -68,7 +68,7 @@ CASES = [free_fall_flip, backflip, path_with_yaw, straight_down]
 @pytest.mark.parametrize("case", CASES)
 def test_rotor_thrusts_fly_the_path_open_loop(case):
     path, flips = case()
-    t, o = outputs((path, flips))
+    _t, o = outputs((path, flips))
     start = np.concatenate([path.at(0.0)[0, :3], np.zeros(3), o.q_WD[0], np.zeros(3)])
     breaks = np.unique([*path.times, *flips])
 

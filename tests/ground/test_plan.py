@@ -6,14 +6,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from halfroll.errors import InfeasibleSegment, InputError, MissionError
 from halfroll.limits import Limits, margins
 from halfroll.mission import Waypoint
 from halfroll.plan import COLUMNS, Plan, plan_course
 from halfroll.vehicle import load_vehicle
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
 from oracle import rigid_body
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")
@@ -43,13 +43,13 @@ def turning():
 
 @pytest.mark.parametrize(("vehicle", "T"), [(VP, 0.9145), (FP, 1.0344)])
 def test_one_metre_up_takes_the_time_of_the_closed_form(vehicle, T):
-    assert rotors_alone([(0, 0, 1), (0, 0, 2)], vehicle).T == pytest.approx(T, rel=1e-4)
+    assert pytest.approx(T, rel=1e-4) == rotors_alone([(0, 0, 1), (0, 0, 2)], vehicle).T
 
 
 @pytest.mark.parametrize(("vehicle", "T"), [(VP, 0.6666), (FP, 0.8952)])
 def test_the_paper_s_three_vertical_legs(vehicle, T):
     plan = rotors_alone([(0, 0, 1), (0, 0, 1.25), (0, 0, 1.9), (0, 0, 2)], vehicle)
-    assert plan.T == pytest.approx(T, rel=5e-3)
+    assert pytest.approx(T, rel=5e-3) == plan.T
     z = plan.sample()["z_m"]
     assert z.min() > 1.0 - 1e-9
     assert z.max() < 2.0 + 1e-9
@@ -57,7 +57,7 @@ def test_the_paper_s_three_vertical_legs(vehicle, T):
 
 @pytest.mark.parametrize(("course", "T"), [(SQUARE, 4.2593), (ZIGZAG, 5.3925), ([(0, 0, 1), (10, 0, 1)], 2.2725)])
 def test_known_courses_stay_as_fast_as_they_were(course, T):
-    assert rotors_alone(course, FP).T == pytest.approx(T, rel=2e-3)
+    assert pytest.approx(T, rel=2e-3) == rotors_alone(course, FP).T
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
@@ -187,7 +187,7 @@ def test_files_that_are_no_plans_are_refused(tmp_path):
     for name, says in [("no.json", "not a plan"), ("broken.json", "not a plan"), ("none.npz", "No such file")]:
         with pytest.raises(InputError, match=says):
             Plan.load(tmp_path / name)
-    with pytest.raises(InputError, match=".npz, .json or .csv"):
+    with pytest.raises(InputError, match="choose one of these endings"):
         turning().save(tmp_path / "plan.xml")
 
 
@@ -197,7 +197,7 @@ def test_a_speed_limit_applies_to_its_own_leg():
     t = np.linspace(0.0, plan.T, 4000)
     speed = np.linalg.norm(plan.at(t).velocity, axis=1)
     assert speed[t >= plan.times_s[1]].max() == pytest.approx(1.0, abs=1e-3)
-    assert speed.max() > 1.5
+    assert plan.T > 2.0 * plan_course([replace(point, speed_max=None) for point in course], VP).T
 
 
 def test_given_derivatives_are_met():

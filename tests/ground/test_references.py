@@ -11,7 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from halfroll import references
+from halfroll.mission import Waypoint
+from halfroll.plan import Limits, plan_course
 from halfroll.references import Leads, Path, References, approach, heading
+from halfroll.vehicle import load_vehicle
 
 VP = {"ATT_WN": 16.0, "ATT_ZETA": 0.9, "ACT_LEAD": 0.021}
 
@@ -60,10 +63,10 @@ def test_each_field_is_taken_from_its_own_time_of_the_path():
     derivatives[:, 0, 0] = derivatives[:, 2, 2] = t  # position x and acceleration z tell the time
     path = Path(derivatives, np.stack([t, t**2, 0 * t], axis=1))
     loop, leads = Listening(), Leads.of(VP, 0.0)
-    References(loop, leads, flat=lambda derivatives: derivatives).setpoint(path, 2_000_000, state(t_us=2_300_000))
+    References(loop, leads).setpoint(path, 2_000_000, state(t_us=2_300_000))
     (asked,) = loop.asked
     assert asked["t_us"] == 2_300_000
-    assert asked["now"][0, 0] == pytest.approx(0.3)
+    assert asked["now"].position[0] == pytest.approx(0.3)
     assert asked["at_sample"] is asked["now"]  # the estimate is for its own stamp, the tick
     assert asked["lead_acceleration"][2] == pytest.approx(0.3 + 0.026)
     later = 0.3 + 1 / 28.8 + 0.005
@@ -119,10 +122,21 @@ def test_the_table_of_a_plan_is_the_plan():
 
 
 def two_points():
-    from halfroll.mission import Waypoint
-    from halfroll.plan import Limits, plan_course
-    from halfroll.vehicle import load_vehicle
-
     vehicle = load_vehicle("mit-vp")
     waypoints = (Waypoint((0.0, 0.0, 2.0)), Waypoint((2.0, 1.0, 2.0)))
     return plan_course(waypoints, vehicle, Limits.of(vehicle, "rotors", 0.2), lambda _: None)
+
+
+def test_the_outer_loop_flies_with_the_vehicle_and_the_gains_of_the_autopilot():
+    vehicle = load_vehicle("mit-vp")
+    params = dict.fromkeys(references.PARAMETERS, 1.0) | VP | {"VEH_T_REF": 12.0, "SIGN_RULE": 0.0}
+    here = state((0.0, 0.0, 1.0), t_us=1_000_000)
+    path = approach(here, (0.0, 0.0, 1.0), 0.0)
+    flying = References.for_vehicle(vehicle, params, link_delay=0.0)
+    flying.begin(here)
+    setpoint = flying.setpoint(path, here.t_us, here)
+    assert setpoint.thrust == pytest.approx(vehicle.weight, rel=1e-3)  # hovers where it shall
+    assert setpoint.q_WD == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=1e-6)
+    bound = references.firmware_vehicle(load_vehicle("mit-fp"))
+    assert bound.inertia == pytest.approx([0.00365, 0.00365, 0.0068])
+    assert (bound.thrust_min, bound.rotor_lag) == pytest.approx((0.15, 0.12))

@@ -3,6 +3,8 @@
 Why: the independent judge of the inverse dynamics: thrusts that are right reproduce the path with no feedback at all.
 """
 
+import itertools
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -41,7 +43,7 @@ def fly_open_loop(thrusts_at, breaks, start, *, mass, inertia, arm, yaw_coeffici
         return np.concatenate([state[3:6], force / mass - [0, 0, GRAVITY], dq, dw])
 
     states = [np.asarray(start, dtype=float)]
-    for begin, end in zip(breaks[:-1], breaks[1:], strict=True):
+    for begin, end in itertools.pairwise(breaks):
         run = solve_ivp(slope, (begin, end), states[-1], method="DOP853", rtol=rtol, atol=0.1 * rtol)
         assert run.success, run.message
         states.append(run.y[:, -1])

@@ -95,7 +95,7 @@ def test_a_taken_port_is_named_when_the_instance_is_given_and_avoided_when_not(t
 
 def test_a_mission_far_away_is_refused_at_start_with_the_item(tmp_path):
     far = Mission("far", (MissionItem(22, 3, (0.0, 0.0, 0.0, NAN), -353630000, 1491650000, 30.0), *HOP.items[1:]))
-    with pytest.raises(MissionError, match="the autopilot says: .*item 0") as caught:
+    with pytest.raises(MissionError, match=r"the autopilot says: .*item 0") as caught:
         fly(far, log_path=tmp_path / "far.ulg")
     assert caught.value.item == 0
     assert caught.value.exit_code == 2
