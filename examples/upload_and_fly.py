@@ -10,9 +10,10 @@ then run this in a third, with a QGroundControl .plan or a .waypoints file, or w
     python examples/upload_and_fly.py [MISSION]
 
 Plain pymavlink: nothing here knows how the mission is flown. The ground station sees it in the autopilot, plans it, and
-takes over once the vehicle has taken off.
+takes over once the vehicle has taken off. Without a ground station the autopilot flies the mission alone, slowly.
 """
 
+import argparse
 import json
 import math
 import os
@@ -29,6 +30,7 @@ MISSION_MODE = (4, 4)  # main and sub mode
 COMPLETE = 5  # MISSION_CURRENT.mission_state
 HOME = (47.397742, 8.545594)
 ANSWER_WITHIN_S = 5.0
+PLANNING_WITHIN_S = 5.0  # a ground station that is there says so
 ARMING_TRIES = 20
 AUTOPILOT = 1  # component id
 
@@ -91,12 +93,15 @@ def command(link: mavutil.mavfile, number: int, *params: float) -> bool:
 
 def wait_for_plan(link: mavutil.mavfile) -> None:
     """The ground station says so through the autopilot."""
-    while True:
+    began_s, is_planning = time.monotonic(), False
+    while is_planning or time.monotonic() - began_s < PLANNING_WITHIN_S:
         message = wait_for(link, "STATUSTEXT", "HEARTBEAT")
         if message.get_type() == "STATUSTEXT":
             print(f"  {message.text}")
+            is_planning = is_planning or "planning" in message.text
             if "plan ready" in message.text or ("plan" in message.text and "not" in message.text):
                 return
+    print("no ground station plans it, the autopilot flies alone")
 
 
 def start(link: mavutil.mavfile) -> None:
@@ -131,8 +136,12 @@ def watch_until_landed(link: mavutil.mavfile) -> int:
 
 
 def main() -> None:
-    items = read(Path(sys.argv[1])) if len(sys.argv) > 1 else box()
-    link = mavutil.mavlink_connection(f"udpin:127.0.0.1:{GCS_PORT}", source_system=255, source_component=190)
+    parser = argparse.ArgumentParser(description="Fly a mission as any ground control station does.")
+    parser.add_argument("mission", nargs="?", type=Path, help=".plan or .waypoints; default a 4 m box")
+    parser.add_argument("--port", type=int, default=GCS_PORT, help=f"of halfroll sitl's --peer-gcs ({GCS_PORT})")
+    given = parser.parse_args()
+    items = read(given.mission) if given.mission else box()
+    link = mavutil.mavlink_connection(f"udpin:127.0.0.1:{given.port}", source_system=255, source_component=190)
     while (heard := wait_for(link, "HEARTBEAT")).get_srcComponent() != AUTOPILOT:
         pass
     link.target_system, link.target_component = heard.get_srcSystem(), AUTOPILOT

