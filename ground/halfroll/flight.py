@@ -54,7 +54,8 @@ _PHASES = {
     "progress": "fly the plan",
     "handed-back": "land",
 }
-_CREW = "from halfroll.crew import main; main()"
+# A process of ours never imports from the folder that it happens to be started in.
+_CREW = "import sys; sys.path = [path for path in sys.path if path]; from halfroll.crew import main; main()"
 _HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
 
 Progress = Callable[[str, "float | None"], None]

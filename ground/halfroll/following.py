@@ -114,7 +114,9 @@ class Following:
         plan, course = self.planned.plan, self.planned.course
         self.record.error_m.append(float(np.linalg.norm(self._path.at(t)[0, :3] - here.p_WB)))
         while self._due < len(plan.times_s) - 1 and t >= plan.times_s[self._due]:
-            self._tell("item", "waypoint passed", t / plan.T, plan.waypoints[self._due].item)
+            passed = plan.waypoints[self._due].item
+            if passed is not None:
+                self._tell("item", f"item {passed} passed", t / plan.T, passed)
             self._due += 1
             self._report_progress(plan.waypoints[self._due].item)
         if t - self._told_s >= _PROGRESS_EVERY_S:

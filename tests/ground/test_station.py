@@ -277,6 +277,34 @@ def test_the_station_does_not_take_over_in_the_middle_of_a_mission():
     assert scene.world.setpoints() == []
 
 
+def test_a_start_that_is_not_reached_is_given_back_to_the_autopilot():
+    scene = Scene()
+    scene.station._make_references = lambda *_: PerfectFlight(SimpleNamespace())  # moves another world
+    scene.start()
+    scene.world.position = np.array([0.2, 0.0, -2.0])
+    scene.fly(until=lambda: scene.station.following is not None)
+    scene.fly(until=lambda: scene.station.following.done)
+    assert scene.world.mode == MISSION
+    assert scene.station.following.record.plan_start_s is None
+    assert "did not settle" in scene.events[-1].text
+
+
+def test_a_plan_that_is_ready_too_late_leaves_the_flight_to_the_autopilot_and_says_how_to_get_it():
+    scene = Scene(lockstep=False)
+    scene.planner.patience = 10**9
+    scene.fly(until=lambda: scene.station.state is State.PLANNING)
+    scene.world.armed, scene.world.mission_state = True, 3
+    scene.world.set_mode(MISSION)
+    scene.fly(0.1)
+    scene.world.reach(0)
+    scene.fly(0.5)
+    scene.planner.patience = 1
+    scene.fly(0.5)
+    assert scene.world.setpoints() == []
+    texts = [frame.text for _, frame in scene.world.heard if frame.get_type() == "STATUSTEXT"]
+    assert texts[-1] == "Mission: plan is late: pause and continue"
+
+
 def test_another_mission_stored_in_flight_ends_the_streaming_and_is_planned():
     scene = Scene()
     scene.start()
