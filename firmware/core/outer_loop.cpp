@@ -67,13 +67,14 @@ Setpoint OuterLoop::advance(const OuterLoopInput& in, const Params& params) {
   const float m = vehicle_.mass;
   const Feedback fb = feedback(in, params);
 
-  // Eqs 6-7 and their derivatives; the feedback's part of F'' is left out
-  const Vec3 plan_force = m * (in.now.acceleration + gravity_up());
-  const Vec3 plan_force_rate = m * in.now.jerk;
+  // Eqs 6-7 and their derivatives, drag along the plan fed forward; the feedback's part of F'' is left out
+  const float d = params.drag;
+  const Vec3 plan_force = m * (in.now.acceleration + gravity_up()) + d * in.now.velocity;
+  const Vec3 plan_force_rate = m * in.now.jerk + d * in.now.acceleration;
   const Fade w = fade(plan_force, plan_force_rate, params.fade_force);
   Vec3 force = plan_force + w.share * m * fb.acceleration;
   Vec3 force_rate = plan_force_rate + w.share * m * fb.jerk + w.rate * m * fb.acceleration;
-  Vec3 force_acceleration = m * in.now.snap;
+  Vec3 force_acceleration = m * in.now.snap + d * in.now.jerk;
   keep_upright(force, force_rate, force_acceleration);
 
   if (force.norm() < params.hold_force) {
@@ -85,7 +86,8 @@ Setpoint OuterLoop::advance(const OuterLoopInput& in, const Params& params) {
   }
   thrust_axis_ = up_axis(q_WD_);
 
-  const Vec3 led_force = m * (in.lead_acceleration + gravity_up());
+  const Vec3 led_velocity = in.now.velocity + (params.actuator_lead + in.mid_age) * in.now.acceleration;
+  const Vec3 led_force = m * (in.lead_acceleration + gravity_up()) + d * led_velocity;
   const float thrust = sign_of(led_force.dot(thrust_axis_)) * led_force.norm() + m * fb.acceleration.dot(thrust_axis_);
   follow_own_thrust(thrust, params);
 
@@ -108,7 +110,8 @@ OuterLoop::Feedback OuterLoop::feedback(const OuterLoopInput& in, const Params& 
   if (!in.on_ground && !thrust_cut_) {
     integral_ = (integral_ + position_error * kReferenceDt).cwiseMax(-kIntegralMax).cwiseMin(kIntegralMax);
   }
-  const Vec3 acceleration = up_axis(in.state.q_WB) * (modelled_thrust_ / vehicle_.mass) - gravity_up();
+  const Vec3 push = up_axis(in.state.q_WB) * modelled_thrust_ - params.drag * in.state.v_WB;
+  const Vec3 acceleration = push / vehicle_.mass - gravity_up();
   const Vec3 acceleration_error = acceleration - in.at_sample.acceleration;
   return {-kp.cwiseProduct(position_error) - ki.cwiseProduct(integral_) - kd.cwiseProduct(velocity_error),
           -kp.cwiseProduct(velocity_error) - ki.cwiseProduct(position_error) - kd.cwiseProduct(acceleration_error)};

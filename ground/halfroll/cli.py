@@ -308,11 +308,16 @@ def _error_json(error: HalfrollError | None) -> dict[str, dict[str, str | int]]:
     return {"error": about if error.item is None else {**about, "item": error.item}}
 
 
+class _WrongUsage(InputError):
+    kind = "usage"
+
+
 def main() -> None:
-    """The `halfroll` command. Wrong usage ends with exit code 2, and with --json says so on standard output too."""
+    """The `halfroll` command. Wrong usage ends as every error: one sentence, with --json an object, exit code 2."""
+    if not sys.argv[1:]:
+        app()  # prints the help and ends
     try:
-        app()
-    except SystemExit as end:
-        if end.code == InputError.exit_code and not isinstance(end, Ended) and "--json" in sys.argv:
-            print(json.dumps({"error": {"kind": "usage", "message": "wrong usage; standard error says what is wrong"}}))
-        raise
+        sys.exit(app(standalone_mode=False))
+    except typer.BadParameter.__base__ as wrong:  # UsageError, which not every typer exports
+        where = wrong.ctx.command_path if wrong.ctx else "halfroll"
+        _fail(_WrongUsage(f"{wrong.format_message().rstrip('.')}; see {where} --help"), "--json" in sys.argv)

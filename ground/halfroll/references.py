@@ -30,7 +30,7 @@ TABLE_STEP_S = 0.001  # time stamps are whole milliseconds
 # Autopilot parameters the outer loop depends on: the ground flies with what the vehicle has, not with what it believes.
 PARAMETERS = (
     "ACT_LEAD", "ATT_WN", "ATT_ZETA", "FADE_FORCE", "HOLD_FORCE", "LAG_COMP", "POS_KD_XY", "POS_KD_Z", "POS_KI_XY",
-    "POS_KI_Z", "POS_KP_XY", "POS_KP_Z", "SIGN_RULE", "VEH_T_REF",
+    "POS_KI_Z", "POS_KP_XY", "POS_KP_Z", "SIGN_RULE", "VEH_DRAG", "VEH_T_REF",
 )  # fmt: skip
 _APPROACH_ACCELERATION, _APPROACH_SPEED, _APPROACH_SHORTEST_S = 2.0, 3.0, 0.5  # m/s², m/s
 _PEAK_SPEED, _PEAK_ACCELERATION = 2.47, 9.5  # of a 9th-order rest-to-rest move, in distance/T and distance/T²

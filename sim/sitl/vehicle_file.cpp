@@ -156,6 +156,7 @@ VehicleSetup make_vehicle(const std::string& name, const std::vector<std::string
 
   VehicleSetup setup{name, firmware_vehicle(numbers), plant_of(numbers), {}};
   setup.params.thrust_reference = 4.0F * setup.vehicle.thrust_max;
+  setup.params.drag = static_cast<float>(setup.plant.drag_N_s_m);
   for (const auto& [key, wanted] : numbers) {
     if (key.rfind("params.", 0) != 0) continue;
     const int index = find_param(key.substr(std::string("params.").size()).c_str());

@@ -233,6 +233,20 @@ TEST_CASE("a fixed-pitch vehicle is never asked to point its force below half it
   }
 }
 
+TEST_CASE(
+    "drag is leant against: in steady flight the force balances weight and drag, without any error to feed back") {
+  const Vehicle vehicle = oracle::paper_vehicle();
+  OuterLoop loop(vehicle);
+  Params params = without_feedback();
+  params.drag = 0.05F;
+  OuterLoopInput in = hovering();
+  in.now.velocity = in.at_sample.velocity = in.state.v_WB = {10.F, 0.F, 0.F};
+  const Setpoint s = loop.step(in, params);
+  const Vec3 force = s.thrust * up_axis(s.q_WD);
+  CHECK(force.x() == doctest::Approx(0.5F));
+  CHECK(force.z() == doctest::Approx(0.571F * kGravity));
+}
+
 TEST_CASE("led rates are added, and what they turn on average is taken back from the attitude") {
   OuterLoop plain(oracle::paper_vehicle()), led(oracle::paper_vehicle());
   OuterLoopInput in = hovering();
