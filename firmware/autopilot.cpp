@@ -87,23 +87,19 @@ void Autopilot::navigate() {
 
   if (!armed_) return stand_by();
   switch (mode_) {
-    case Mode::kHold:
-      if (landed_.on_ground()) return stand_by();
-      fly_to(hold_target());
-      break;
+    case Mode::kHold: hold(); break;
     case Mode::kTakeoff: {
       FollowerTarget target = hold_target();
       target.position.z() = home_position().z() + takeoff_height_;
       fly_to(target);
-      if (std::abs(target.position.z() - estimate_.p_WB.z()) < kTakeoffReached)
-        enter(Mode::kHold, Requester::kAutopilot);
+      if (std::abs(target.position.z() - estimate_.p_WB.z()) < kTakeoffReached) hold_at(target.position);
       break;
     }
     case Mode::kMission: fly_mission(); break;
     case Mode::kReturn: fly_return(); break;
     case Mode::kLand:
       if (!estimate_.position_valid) return land_without_position();
-      descend(hold_target());
+      stopping_ ? hold() : descend(hold_target());
       break;
     case Mode::kOffboard: fly_offboard(); break;
   }
@@ -113,11 +109,29 @@ FollowerTarget Autopilot::hold_target() const {
   return {hold_position_, hold_yaw_, params_.cruise_speed, params_.climb_speed, params_.descent_speed};
 }
 
+/// Mode HOLD at a place that was the target anyway.
+void Autopilot::hold_at(Vec3 position) {
+  enter(Mode::kHold, Requester::kAutopilot);
+  hold_position_ = position;
+  stopping_ = false;
+}
+
+/// Come to rest, then stay there.
+void Autopilot::hold() {
+  if (landed_.on_ground()) return stand_by();
+  if (!stopping_) return fly_to(hold_target());
+  follower_.brake(kReferenceDt, params_);
+  stopping_ = !follower_.at_rest();
+  hold_position_ = follower_.reference().position;
+  fly_reference();
+}
+
 /// On the ground with nothing to fly: references wait where the vehicle stands.
 void Autopilot::stand_by() {
   follower_.start(estimate_.p_WB, Vec3::Zero(), heading_after_levelling(estimate_.q_WB));
   hold_position_ = estimate_.p_WB;
   hold_yaw_ = follower_.reference().yaw;
+  stopping_ = false;
   outer_loop_.reset(estimate_.q_WB);
   setpoint_ = Setpoint{};
   setpoint_.t_us = t_us_;
@@ -127,7 +141,12 @@ void Autopilot::stand_by() {
 
 /// Through the on-board follower and the outer loop; the reference is known only now, so leads extrapolate it.
 void Autopilot::fly_to(const FollowerTarget& target) {
-  const FlatReference& reference = follower_.step(target, kReferenceDt, params_);
+  follower_.step(target, kReferenceDt, params_);
+  fly_reference();
+}
+
+void Autopilot::fly_reference() {
+  const FlatReference& reference = follower_.reference();
   const float mid_age = 0.5F * kReferenceDt;
   OuterLoopInput in;
   in.t_us = t_us_;
@@ -171,9 +190,10 @@ void Autopilot::fly_mission() {
   }
   if (step.return_home) return enter(Mode::kReturn, Requester::kAutopilot);
   if (step.complete) {
-    enter(Mode::kHold, Requester::kAutopilot);
-    return landed_.on_ground() ? stand_by() : fly_to(hold_target());
+    hold_at(hold_position_);
+    return hold();
   }
+  hold_position_ = step.target.position;
   if (step.descend) return descend(step.target);
   fly_to(step.target);
 }
@@ -233,8 +253,7 @@ void Autopilot::fly_offboard() {
       break;
     }
   }
-  if (landed_.on_ground()) return stand_by();
-  fly_to(hold_target());
+  hold();
 }
 
 /// Level, sinking slowly; the attitude is still known.
@@ -250,8 +269,9 @@ void Autopilot::land_without_position() {
 void Autopilot::restart_follower() {
   follower_.start(estimate_.p_WB, estimate_.v_WB, heading_after_levelling(estimate_.q_WB));
   outer_loop_.reset(estimate_.q_WB);
-  hold_position_ = follower_.stopping_point(params_);
+  hold_position_ = estimate_.p_WB;
   hold_yaw_ = follower_.reference().yaw;
+  stopping_ = true;
 }
 
 /// What makes the autopilot act by itself.
@@ -289,8 +309,9 @@ void Autopilot::disarm() {
 void Autopilot::enter(Mode mode, Requester who) {
   const bool keeps_reference = mode_ != Mode::kOffboard && armed_;
   if (keeps_reference) {
-    hold_position_ = follower_.stopping_point(params_);
+    hold_position_ = follower_.reference().position;
     hold_yaw_ = follower_.reference().yaw;
+    stopping_ = true;
   } else {
     restart_follower();
   }
@@ -320,8 +341,8 @@ void Autopilot::set_home_here() {
 /// Everything that decides future commands. Wall-clock pacing and received bytes of half frames are not in it.
 auto Autopilot::state() const {
   return std::tuple_cat(std::tie(t_us_, mode_, armed_, flown_, terminated_, idle_s_, hold_position_, hold_yaw_,
-                                 takeoff_height_, return_climbing_, mission_started_, setpoint_.q_WD, setpoint_.w_WD_D,
-                                 setpoint_.thrust, rotors_, origin_, home_),
+                                 stopping_, takeoff_height_, return_climbing_, mission_started_, setpoint_.q_WD,
+                                 setpoint_.w_WD_D, setpoint_.thrust, rotors_, origin_, home_),
                         estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(),
                         outer_loop_.state(), rotor_lag_inverse_.state());
 }

@@ -108,6 +108,9 @@ class Autopilot : private MissionItems {
   void set_home_here();
   Vec3 home_position() const;
   FollowerTarget hold_target() const;
+  void hold();
+  void hold_at(Vec3 position);
+  void fly_reference();
 
   // autopilot_link.cpp: bytes in and out
   void exchange(const LinkInputs& in);
@@ -157,6 +160,7 @@ class Autopilot : private MissionItems {
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
+  bool stopping_ = false;                // on the way to rest; hold_position_ is where that will be
   float takeoff_height_ = 2.5F;  // above home [m]
   bool return_climbing_ = false;
   MissionRunner runner_;

@@ -104,14 +104,15 @@ struct Autopilot::Applying {
     if (!flying()) return not_now("not flying");
     if (self.mode_ != Mode::kHold && !w.change_to_hold) return not_now("not in Hold");
     const bool anything = w.has_position || w.has_height;
-    Vec3 to = anything ? self.estimate_.p_WB : self.follower_.stopping_point(self.params_);
+    Vec3 to = self.estimate_.p_WB;
     if (w.has_position) to.head<2>() = w.position.head<2>();
     if (w.has_height) to.z() = w.position.z();
     const Vec3 from_home = to - self.home_position();
     if (from_home.norm() > kRepositionFarthest || from_home.z() < 0.F) return kNo;
     const CommandResult result = self.change_mode(Mode::kHold, requester(header));
     if (result != kDone) return result;
-    self.hold_position_ = to;
+    self.stopping_ = !anything;
+    if (anything) self.hold_position_ = to;
     if (w.has_yaw) self.hold_yaw_ = w.yaw;
     return kDone;
   }

@@ -9,12 +9,14 @@ namespace halfroll {
 namespace {
 
 // Cascade position -> velocity -> acceleration -> jerk. Unlimited, its poles are -2, -2, -4 rad/s: no overshoot.
-constexpr float kPositionGain = 0.8F;     // [1/s]
-constexpr float kVelocityGain = 2.5F;     // [1/s]
-constexpr float kAccelerationGain = 8.F;  // [1/s]
-constexpr float kBrakeShare = 0.5F;       // of the acceleration limit, planned for stopping; the rest is for jerk
-constexpr float kYawGain = 2.F;           // [1/s]
-constexpr float kYawRateMax = 1.F;        // [rad/s]
+constexpr float kPositionGain = 0.8F;      // [1/s]
+constexpr float kVelocityGain = 2.5F;      // [1/s]
+constexpr float kAccelerationGain = 8.F;   // [1/s]
+constexpr float kBrakeShare = 0.5F;        // of the acceleration limit, planned for stopping; the rest is for jerk
+constexpr float kRestSpeed = 0.05F;        // [m/s]
+constexpr float kRestAcceleration = 0.2F;  // [m/s²]
+constexpr float kYawGain = 2.F;            // [1/s]
+constexpr float kYawRateMax = 1.F;         // [rad/s]
 
 /// The vector shortened to at most `limit`.
 template <class V>
@@ -72,10 +74,19 @@ const FlatReference& Follower::step(const FollowerTarget& target, float dt, cons
   return r;
 }
 
-Vec3 Follower::stopping_point(const Params& params) const {
-  const float speed = reference_.velocity.norm();
-  const float time = speed / (2.F * kBrakeShare * params.acceleration_max) + 1.F / kVelocityGain;
-  return reference_.position + reference_.velocity * time;
+const FlatReference& Follower::brake(float dt, const Params& params) {
+  FlatReference& r = reference_;
+  const Vec3 wanted = limited(Vec3(-kVelocityGain * r.velocity), params.brake_acceleration);
+  r.jerk = limited(Vec3(kAccelerationGain * (wanted - r.acceleration)), params.brake_jerk);
+  r.acceleration += r.jerk * dt;
+  r.velocity += r.acceleration * dt;
+  r.position += r.velocity * dt;
+  r.yaw_rate = 0.F;
+  return r;
+}
+
+bool Follower::at_rest() const {
+  return reference_.velocity.norm() < kRestSpeed && reference_.acceleration.norm() < kRestAcceleration;
 }
 
 }  // namespace halfroll

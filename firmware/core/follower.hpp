@@ -19,9 +19,10 @@ class Follower {
   void start(const Vec3& position, const Vec3& velocity, float yaw);
   /// Advance the reference by dt towards the target.
   const FlatReference& step(const FollowerTarget& target, float dt, const Params& params);
+  /// Advance the reference by dt, coming to rest as soon as the braking limits allow; heading kept.
+  const FlatReference& brake(float dt, const Params& params);
   const FlatReference& reference() const { return reference_; }
-  /// Where it would come to rest if told to stop now.
-  Vec3 stopping_point(const Params& params) const;
+  bool at_rest() const;
 
   auto state() const {
     return std::tie(reference_.position, reference_.velocity, reference_.acceleration, reference_.jerk, reference_.yaw,

@@ -11,7 +11,7 @@ import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -86,9 +86,8 @@ def check(
             console.print_json(console.check_json(found) | _error_json(found.error))
         else:
             console.show_check(found)
-            if found.error is not None:
-                _say_error(str(found.error))
         if found.error is not None:
+            _say_error(str(found.error))
             raise Ended(found.error.exit_code)
 
 
@@ -312,12 +311,14 @@ class _WrongUsage(InputError):
     kind = "usage"
 
 
+_TYPERS_USAGE_ERROR: Any = typer.BadParameter.__base__  # the only way to it in every typer
+
 def main() -> None:
     """The `halfroll` command. Wrong usage ends as every error: one sentence, with --json an object, exit code 2."""
     if not sys.argv[1:]:
         app()  # prints the help and ends
     try:
         sys.exit(app(standalone_mode=False))
-    except typer.BadParameter.__base__ as wrong:  # UsageError, which not every typer exports
+    except _TYPERS_USAGE_ERROR as wrong:
         where = wrong.ctx.command_path if wrong.ctx else "halfroll"
         _fail(_WrongUsage(f"{wrong.format_message().rstrip('.')}; see {where} --help"), "--json" in sys.argv)

@@ -25,6 +25,7 @@ from halfroll.link import (
     ParamValue,
 )
 from halfroll.mission import MissionItem
+from halfroll.mission_items import command_name
 from halfroll.transport import Clock, wall_s
 
 RESEND_AFTER_S = 0.5
@@ -193,7 +194,8 @@ def _upload_once(link: Link, items: Sequence[MissionItem]) -> Conversation[int]:
         answer = yield Ask(link.mission_item(asked, items[asked]), asks_or_ends, f"mission item {asked}", TRIES // 2)
     if answer.result != ACCEPTED:
         reason = _MISSION_RESULTS.get(answer.result, f"result {answer.result}")
-        raise MissionError(f"mission item {asked} was refused by the autopilot because of {reason}; change it", asked)
+        which = f"mission item {asked} ({command_name(items[asked].command)})"
+        raise MissionError(f"{which} was refused by the autopilot because of {reason}; change it", asked)
     return int(answer.mission_id)
 
 

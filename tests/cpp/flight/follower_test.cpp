@@ -63,3 +63,20 @@ TEST_CASE("the follower turns the short way round") {
   follow(follower, {Vec3::Zero(), -3.F}, 5, params);
   CHECK(follower.reference().yaw_rate > 0.F);
 }
+
+TEST_CASE("braking from a fast flight stops within the distance its limits allow, without overshoot") {
+  const Params params;
+  for (const float speed : {1.F, 5.F, 12.F}) {
+    Follower follower;
+    follower.start(Vec3::Zero(), {0.6F * speed, -0.8F * speed, 0.F}, 0.F);
+    float farthest = 0.F;
+    while (!follower.at_rest()) {
+      const FlatReference& r = follower.brake(kReferenceDt, params);
+      CHECK(r.acceleration.norm() <= params.brake_acceleration * 1.001F);
+      CHECK(r.jerk.norm() <= params.brake_jerk * 1.001F);
+      farthest = std::max(farthest, r.position.norm());
+    }
+    CHECK(farthest < 0.5F + 0.3F * speed + speed * speed / 12.F);
+    CHECK(follower.reference().position.norm() > farthest - 0.02F);
+  }
+}
