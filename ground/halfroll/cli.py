@@ -313,6 +313,7 @@ class _WrongUsage(InputError):
 
 _TYPERS_USAGE_ERROR: Any = typer.BadParameter.__base__  # the only way to it in every typer
 
+
 def main() -> None:
     """The `halfroll` command. Wrong usage ends as every error: one sentence, with --json an object, exit code 2."""
     if not sys.argv[1:]:

@@ -133,12 +133,14 @@ class Pilot:
         return conversations.command(self._link, number, *params, what=what)
 
     def _item_refused(self, what: str) -> MissionError | None:
-        """The autopilot's latest text that names an item, as an error about it."""
-        for text in reversed(self.texts):
-            named = _NAMES_AN_ITEM.search(text)
-            if named and "not planned" not in text and "not flown" not in text:
-                return MissionError(f"{what}; the autopilot says: {text}", int(named[1]))
-        return None
+        """What the autopilot said of the item it named last, as an error about it."""
+        about = [(int(named[1]), text) for text in self.texts if (named := _NAMES_AN_ITEM.search(text))]
+        refusals = [(item, text) for item, text in about if "not planned" not in text and "not flown" not in text]
+        if not refusals:
+            return None
+        item = refusals[-1][0]
+        said = "; ".join(dict.fromkeys(text for named, text in refusals if named == item))
+        return MissionError(f"{what}; the autopilot says: {said}", item)
 
     def _refusal(self, what: str) -> HalfrollError:
         said = f"; the autopilot says: {self.texts[-1]}" if self.texts else ""

@@ -112,13 +112,20 @@ class PlanningProcess:
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self._said: Any = context.SimpleQueue()
-        self._pool = ProcessPoolExecutor(1, context, initializer=_start_worker, initargs=(self._said,))
+        self._context, self._said = context, context.SimpleQueue()
+        self._pool = self._start()
         self._future: Future[Outcome] | None = None
         self._pool.submit(_warm_up)
 
+    def _start(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(1, self._context, initializer=_start_worker, initargs=(self._said,))
+
     def submit(self, request: PlanRequest) -> None:
-        self._future = self._pool.submit(_plan_in_worker, request)
+        try:
+            self._future = self._pool.submit(_plan_in_worker, request)
+        except BrokenProcessPool:  # the worker was ended while it had nothing to do
+            self._pool = self._start()
+            self._future = self._pool.submit(_plan_in_worker, request)
 
     def poll(self) -> Outcome | HalfrollError | None:
         if self._future is None or not self._future.done():

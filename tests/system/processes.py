@@ -108,7 +108,7 @@ class Running:
         for folder in Path("/proc").iterdir():
             with contextlib.suppress(OSError, ValueError):
                 if f"{_MARK}={self._mark}".encode() in (folder / "environ").read_bytes():
-                    found[int(folder.name)] = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+                    found[int(folder.name)] = command_line(int(folder.name))
         return found
 
     def member(self, words: str) -> int:
@@ -136,6 +136,21 @@ class Running:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(number, signal.SIGKILL)
         self.wait()
+
+
+def command_line(number: int) -> str:
+    """Of a living process; empty when it is gone."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{number}/cmdline").read_bytes().replace(b"\0", b" ").decode()
+    return ""
+
+
+def descendants(number: int) -> list[int]:
+    """Children of a process, and theirs."""
+    children: list[int] = []
+    for folder in Path(f"/proc/{number}/task").glob("*/children"):
+        children += [int(word) for word in folder.read_text().split()]
+    return children + [grandchild for child in children for grandchild in descendants(child)]
 
 
 def halfroll(*words: str | Path, cwd: Path | None = None) -> Ended:

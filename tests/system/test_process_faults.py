@@ -10,13 +10,27 @@ from pathlib import Path
 
 import pytest
 
+from halfroll.errors import LinkError
+from halfroll.flight import fly
 from halfroll.log import read_log
+from halfroll.record import Event
 from system.gcs import Gcs
-from system.processes import HALFROLL, MISSIONS, Ended, Running, free_instance, halfroll, is_free, simulator
+from system.processes import (
+    HALFROLL,
+    MISSIONS,
+    Ended,
+    Running,
+    command_line,
+    descendants,
+    free_instance,
+    halfroll,
+    is_free,
+    simulator,
+)
 
 STOPPED = 130
 PLANNING, FLYING = "plan\n", "fly the plan\n"
-SIMULATOR, CREW, PLANNER = "halfroll-sitl ", "halfroll.crew", "multiprocessing"
+SIMULATOR, CREW = "halfroll-sitl ", "halfroll.crew"
 
 
 class Flight(Running):
@@ -72,13 +86,25 @@ def test_a_ground_station_killed_is_what_was_lost(flight: Flight, moment: str) -
     assert flight.left_behind() == {}
 
 
-def test_a_planner_killed_is_what_was_lost(flight: Flight) -> None:
-    flight.until_it_says(PLANNING)
-    os.kill(flight.member("spawn_main"), signal.SIGKILL)
-    ended = flight.wait()
-    assert ended.code == 3
-    assert "planning" in link_error(ended)
-    assert flight.left_behind() == {}
+def test_a_planner_killed_while_it_plans_is_what_was_lost() -> None:
+    def kill_planner(event: Event) -> None:
+        if event.kind == "planning":
+            (planner,) = (number for number in descendants(os.getpid()) if "spawn_main" in command_line(number))
+            os.kill(planner, signal.SIGKILL)
+
+    with pytest.raises(LinkError, match="planner's process was ended"):
+        fly(MISSIONS / "box.plan", scenario="ideal", report=kill_planner)
+    assert not any("halfroll" in command_line(number) for number in descendants(os.getpid()))
+
+
+def test_a_planner_killed_before_it_is_asked_is_replaced() -> None:
+    def kill_planner(event: Event) -> None:
+        if event.kind == "upload":
+            for number in descendants(os.getpid()):
+                if "spawn_main" in command_line(number):
+                    os.kill(number, signal.SIGKILL)
+
+    assert fly(MISSIONS / "box.plan", scenario="ideal", report=kill_planner).plan is not None
 
 
 @pytest.mark.parametrize("group", [True, False], ids=["as in a terminal", "to the command alone"])
@@ -146,7 +172,9 @@ def test_a_flight_makes_way_for_the_ports_of_others(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_simulator_ends_in_order_when_asked(number: signal.Signals, tmp_path: Path) -> None:
-    with simulator("--log", tmp_path / "flight.ulg") as (running, _):
+    with simulator("--log", tmp_path / "flight.ulg") as (running, instance):
+        with Gcs(instance) as gcs:
+            gcs.until(lambda m: m.get_type() == "ATTITUDE" and m.time_boot_ms > 500)
         running.process.send_signal(number)
         ended = running.wait()
     assert ended.code == 0
