@@ -14,14 +14,15 @@
 namespace halfroll {
 namespace {
 
-constexpr float kTakeoffReached = 0.3F;       // [m]
-constexpr float kHomeReached = 1.F;           // [m], horizontally, before the return descends
-constexpr float kReturnNear = 5.F;            // [m], closer than this the return does not climb
-constexpr float kSlowBelow = 5.F;             // [m] above home: a descent is slow
-constexpr float kFastAbove = 10.F;            // [m] above home: full descent speed
-constexpr float kSinkLead = 0.6F;             // [m], a descending reference is at most this far below the vehicle
-constexpr float kBlindDescentThrust = 0.93F;  // of the weight, without a position
+constexpr float kTakeoffReached = 0.3F;   // [m]
+constexpr float kHomeReached = 1.F;       // [m], horizontally, before the return descends
+constexpr float kReturnNear = 5.F;        // [m], closer than this the return does not climb
+constexpr float kSlowBelow = 5.F;         // [m] above home: a descent is slow
+constexpr float kFastAbove = 10.F;        // [m] above home: full descent speed
+constexpr float kSinkLead = 0.6F;         // [m], a descending reference is at most this far below the vehicle
+constexpr float kBlindCorrection = 0.5F;  // of gravity, descending without a position
 constexpr std::uint64_t kFailsafeShownUs = 5000000;
+constexpr std::uint64_t kPrearmUs = 100000;
 
 }  // namespace
 
@@ -75,15 +76,16 @@ bool Autopilot::wants_to_fly() const {
 
 /// One 10 ms tick: where are we, does anything force another mode, and what does this mode want to fly?
 void Autopilot::navigate() {
-  landed_.step(estimate_, reference_.thrust, vehicle_.mass * kGravity, armed_);
+  landed_.step(estimate_, reference_.thrust * up_axis(estimate_.q_WB).z(), vehicle_.mass * kGravity, armed_);
   flown_ = flown_ || (armed_ && !landed_.on_ground());
   if (missions_.revision() != mission_revision_) {
     mission_revision_ = missions_.revision();
     mission_started_ = false;
     runner_.reset(first());
   }
-  if (!home_ && estimate_.position_valid) set_home_here();
+  if (!home_ && estimate_.position_valid) set_home(estimate_.p_WB);
   watch();
+  report_reached();
 
   if (!armed_) return stand_by();
   switch (mode_) {
@@ -98,6 +100,7 @@ void Autopilot::navigate() {
     case Mode::kMission: fly_mission(); break;
     case Mode::kReturn: fly_return(); break;
     case Mode::kLand:
+      if (landed_.on_ground()) return stand_by();
       if (!estimate_.position_valid) return land_without_position();
       stopping_ ? hold() : descend(hold_target());
       break;
@@ -172,20 +175,26 @@ void Autopilot::descend(FollowerTarget target) {
   fly_to(target);
 }
 
+/// MISSION_ITEM_REACHED of what was completed, a few a tick: a long mission must not flood the link.
+void Autopilot::report_reached() {
+  constexpr int kPerTick = 16;
+  for (int n = 0; n < kPerTick; ++n) {
+    const int seq = runner_.take_reached();
+    if (seq < 0 || seq >= count()) return;
+    outbox_.send(link::kToAll, link::MissionItemReached{static_cast<std::uint16_t>(seq)});
+    const link::OnBoard part = link::on_board(missions_.items()[seq]);
+    if (mode_ == Mode::kOffboard || part == link::OnBoard::kFull) continue;
+    const char* what = part == link::OnBoard::kSkipped ? " skipped" : " attitude not flown";
+    outbox_.say(link::Severity::kNotice, link::Sentence("Mission: item ", seq, what).text());
+  }
+}
+
 void Autopilot::fly_mission() {
   mission_started_ = true;
   const MissionStep step = runner_.step(*this, estimate_, follower_.reference(), home_position(), landed_.on_ground(),
                                         kReferenceDt, params_);
-  for (int seq = runner_.take_reached(); seq >= 0; seq = runner_.take_reached()) {
-    outbox_.send(link::kToAll, link::MissionItemReached{static_cast<std::uint16_t>(seq)});
-    const link::OnBoard part = link::on_board(missions_.items()[seq]);
-    if (part != link::OnBoard::kFull) {
-      const char* what = part == link::OnBoard::kSkipped ? " skipped" : " attitude not flown";
-      outbox_.say(link::Severity::kNotice, link::Sentence("Mission: item ", seq, what).text());
-    }
-  }
   if (step.set_home) {
-    set_home_here();
+    set_home(step.home);
     return fly_to(step.target);
   }
   if (step.return_home) return enter(Mode::kReturn, Requester::kAutopilot);
@@ -256,13 +265,15 @@ void Autopilot::fly_offboard() {
   hold();
 }
 
-/// Level, sinking slowly; the attitude is still known.
+/// Level, sinking at landing speed by dead reckoning; attitude and vertical speed are still known for a while.
 void Autopilot::land_without_position() {
   outer_loop_.reset(estimate_.q_WB);
   setpoint_ = Setpoint{};
   setpoint_.t_us = t_us_;
   setpoint_.q_WD = about_z(heading_after_levelling(estimate_.q_WB));
-  setpoint_.thrust = kBlindDescentThrust * vehicle_.mass * kGravity;
+  const float correction = params_.pos_kd_z * (-params_.land_speed - estimate_.v_WB.z());
+  const float most = kBlindCorrection * kGravity;
+  setpoint_.thrust = vehicle_.mass * (kGravity + std::clamp(correction, -most, most));
 }
 
 /// References start again from the present motion and come to rest from there.
@@ -276,8 +287,11 @@ void Autopilot::restart_follower() {
 
 /// What makes the autopilot act by itself.
 void Autopilot::watch() {
+  if (t_us_ % kPrearmUs == 0 && !armed_) prearm_checks_pass_ = refuse_to_arm(false, kQuietly) == nullptr;
   if (!armed_) return;
   const bool flying = !landed_.on_ground();
+  if (estimate_.position_valid && !position_was_valid_) restart_follower();  // its reference is from before the loss
+  position_was_valid_ = estimate_.position_valid;
   if (flying && !estimate_.position_valid && mode_ != Mode::kLand) fail_safe(Mode::kLand, "position lost");
   if (battery_.state_of_charge < params_.battery_low && !battery_low_said_) {
     battery_low_said_ = true;
@@ -334,17 +348,20 @@ void Autopilot::enter(Mode mode, Requester who) {
 
 Vec3 Autopilot::home_position() const { return home_ ? home_->position : Vec3(Vec3::Zero()); }
 
-void Autopilot::set_home_here() {
-  home_ = link::home_at(origin_, estimate_.p_WB, heading_after_levelling(estimate_.q_WB));
+void Autopilot::set_home(const Vec3& position) {
+  home_ = link::home_at(origin_, position, heading_after_levelling(estimate_.q_WB));
 }
 
 /// Everything that decides future commands. Wall-clock pacing and received bytes of half frames are not in it.
 auto Autopilot::state() const {
-  return std::tuple_cat(std::tie(t_us_, mode_, armed_, flown_, terminated_, idle_s_, hold_position_, hold_yaw_,
-                                 stopping_, takeoff_height_, return_climbing_, mission_started_, setpoint_.q_WD,
-                                 setpoint_.w_WD_D, setpoint_.thrust, rotors_, origin_, home_),
-                        estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(),
-                        outer_loop_.state(), rotor_lag_inverse_.state());
+  return std::tuple_cat(
+      std::tie(t_us_, mode_, user_mode_, armed_, flown_, terminated_, entered_by_ground_station_, idle_s_,
+               failsafe_until_us_, battery_low_said_, hold_position_, hold_yaw_, stopping_, takeoff_height_,
+               return_climbing_, mission_started_, mission_revision_, offboard_stage_, position_was_valid_),
+      std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, setpoint_.attitude_used,
+               setpoint_.rate_used, setpoint_mask_, reference_.thrust, rotors_, origin_, home_, home_chosen_),
+      estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(), outer_loop_.state(),
+      rotor_lag_inverse_.state());
 }
 
 bool Autopilot::same_state(const Autopilot& other) const {

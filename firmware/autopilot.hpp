@@ -89,6 +89,8 @@ class Autopilot : private MissionItems {
   bool same_state(const Autopilot& other) const;
 
  private:
+  static constexpr bool kAloud = true, kQuietly = false;  // whether a refusal may say more by STATUSTEXT
+
   // autopilot.cpp: flight
   void navigate();
   void stand_by();
@@ -105,7 +107,8 @@ class Autopilot : private MissionItems {
   void disarm();
   void enter(Mode mode, Requester who);
   void fail_safe(Mode mode, const char* words);
-  void set_home_here();
+  void set_home(const Vec3& position);
+  void report_reached();
   Vec3 home_position() const;
   FollowerTarget hold_target() const;
   void hold();
@@ -118,12 +121,12 @@ class Autopilot : private MissionItems {
   void receive(const link::Received& received, std::uint64_t wall_us);
   void receive_command(const link::Command& command, const link::Header& header, std::uint64_t wall_us);
   link::CommandResult change_mode(Mode mode, Requester who);
-  const char* mission_problem();
+  const char* mission_problem(bool aloud);
   ModeContext mode_context() const;
   link::MissionSituation mission_situation() const;
   MissionState mission_state() const;
   link::VehicleStatus status() const;
-  bool prearm(bool forced, const char** why);
+  const char* refuse_to_arm(bool forced, bool aloud);
   link::CommandResult apply(const link::Wish& wish, const link::Header& header, std::uint64_t wall_us);
   struct Dispatch;  // one overload per kind of message
   struct Applying;  // one overload per kind of wish (autopilot_commands.cpp)
@@ -156,11 +159,13 @@ class Autopilot : private MissionItems {
   float idle_s_ = 0.F;                   // on the ground with nothing to fly
   std::uint64_t failsafe_until_us_ = 0;  // system status critical till then
   bool battery_low_said_ = false;
+  bool position_was_valid_ = false;
+  bool prearm_checks_pass_ = false;
 
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
-  bool stopping_ = false;                // on the way to rest; hold_position_ is where that will be
+  bool stopping_ = false;        // on the way to rest; hold_position_ is where that will be
   float takeoff_height_ = 2.5F;  // above home [m]
   bool return_climbing_ = false;
   MissionRunner runner_;

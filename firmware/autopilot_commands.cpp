@@ -44,14 +44,14 @@ struct Autopilot::Applying {
       self.disarm();
       return kDone;
     }
-    const char* why = nullptr;
-    if (!self.prearm(w.force, &why)) {
+    if (const char* why = self.refuse_to_arm(w.force, kAloud)) {
       self.outbox_.say(Severity::kCritical, Sentence("Arming denied: ", why).text());
       return kNotNow;
     }
-    if (!self.home_chosen_) self.set_home_here();
+    if (!self.home_chosen_) self.set_home(self.estimate_.p_WB);
     self.armed_ = true;
     self.idle_s_ = 0.F;
+    if (self.mode_ == Mode::kOffboard) self.offboard_.enter(self.t_us_);  // its first setpoint is due from now on
     if (self.mode_ == Mode::kMission) self.enter(Mode::kMission, Requester::kAutopilot);
     return kDone;
   }
@@ -70,8 +70,9 @@ struct Autopilot::Applying {
   }
   CommandResult operator()(const link::ReturnWish&) const { return self.change_mode(Mode::kReturn, requester(header)); }
   CommandResult operator()(const link::MissionStartWish& w) const {
-    if (w.item >= 0) self.runner_.set_current(w.item);
-    return self.change_mode(Mode::kMission, requester(header));
+    const CommandResult result = self.change_mode(Mode::kMission, requester(header));
+    if (result == kDone && w.item >= 0) self.runner_.set_current(w.item);
+    return result;
   }
   CommandResult operator()(const link::PauseWish&) const {
     const MissionState state = self.mission_state();
@@ -86,12 +87,10 @@ struct Autopilot::Applying {
   CommandResult operator()(const link::MissionCurrentWish& w) const {
     if (self.count() == 0) return not_now("no mission stored");
     const int seq = w.seq < 0 ? self.runner_.current() : w.seq;
-    const bool handed_over = self.mode_ == Mode::kOffboard && requester(header) == Requester::kGroundStation;
-    if (handed_over) {
+    const bool owner = self.mode_context().ground_station_owns_offboard;
+    if (requester(header) == Requester::kGroundStation) {
+      if (!owner) return not_now("the ground station does not fly this mission");
       self.runner_.take_over(seq);
-      for (int i = self.runner_.take_reached(); i >= 0; i = self.runner_.take_reached()) {
-        self.outbox_.send(link::kToAll, link::MissionItemReached{static_cast<std::uint16_t>(i)});
-      }
     } else if (w.reset) {
       self.runner_.set_current_and_clear_jumps(seq);
     } else {
@@ -128,11 +127,9 @@ struct Autopilot::Applying {
   CommandResult operator()(const link::HomeWish& w) const {
     if (!self.estimate_.position_valid) return not_now("no position");
     if (w.here) {
-      self.set_home_here();
+      self.set_home(self.estimate_.p_WB);
     } else {
-      const Vec3 position = link::local_from_global(self.origin_, w.lat_degE7, w.lon_degE7, w.alt_m);
-      self.home_ =
-          link::Home{position, 0.F, w.lat_degE7, w.lon_degE7, static_cast<std::int32_t>(std::lround(w.alt_m * 1e3))};
+      self.home_ = link::home_given(self.origin_, {w.lat_degE7, w.lon_degE7, w.alt_m});
     }
     self.home_chosen_ = true;
     return kDone;
@@ -175,8 +172,8 @@ struct Autopilot::Applying {
   CommandResult operator()(const link::CalibrationWish&) const { return self.armed_ ? not_now("armed") : kDone; }
   CommandResult operator()(const link::PrearmChecksWish&) const {
     if (self.armed_) return not_now("armed");
-    const char* why = nullptr;
-    if (!self.prearm(false, &why)) self.outbox_.say(Severity::kWarning, Sentence("Arming denied: ", why).text());
+    const char* why = self.refuse_to_arm(false, kAloud);
+    if (why != nullptr) self.outbox_.say(Severity::kWarning, Sentence("Arming denied: ", why).text());
     return kDone;
   }
   CommandResult operator()(const link::TerminationWish& w) const {

@@ -144,13 +144,14 @@ ModeContext Autopilot::mode_context() const {
   c.mission_stored = count() > 0;
   c.terminated = terminated_;
   c.battery_critical = armed_ && battery_.state_of_charge < params_.battery_critical;
-  c.ground_station_owns_offboard = mode_ == Mode::kOffboard && entered_by_ground_station_;
+  c.ground_station_owns_offboard =
+      mode_ == Mode::kOffboard && offboard_.owned_by_ground_station(entered_by_ground_station_);
   return c;
 }
 
 CommandResult Autopilot::change_mode(Mode mode, Requester who) {
   const char* why = refuse_mode(mode_, mode, who, mode_context());
-  if (why == nullptr && mode == Mode::kMission && armed_ && mode_ != Mode::kMission) why = mission_problem();
+  if (why == nullptr && mode == Mode::kMission && armed_ && mode_ != Mode::kMission) why = mission_problem(kAloud);
   if (why != nullptr) {
     outbox_.say(Severity::kWarning, Sentence("Mode: no ", mode_name(mode), ": ", why).text());
     return CommandResult::kTemporarilyRejected;
@@ -159,7 +160,7 @@ CommandResult Autopilot::change_mode(Mode mode, Requester who) {
   return CommandResult::kAccepted;
 }
 
-bool Autopilot::prearm(bool forced, const char** why) {
+const char* Autopilot::refuse_to_arm(bool forced, bool aloud) {
   ArmingContext c;
   c.terminated = terminated_;
   c.attitude_valid = estimate_.attitude_valid;
@@ -168,15 +169,15 @@ bool Autopilot::prearm(bool forced, const char** why) {
   c.position_valid = estimate_.position_valid;
   c.battery_sufficient = battery_.state_of_charge > params_.battery_critical;
   c.mode = mode_;
-  c.mission_problem = mode_ == Mode::kMission ? mission_problem() : nullptr;
+  c.mission_problem = mode_ == Mode::kMission ? mission_problem(aloud) : nullptr;
+  c.failsafe_acting = failsafe_until_us_ > t_us_;
   c.uploading = missions_.uploading();
   c.params_damaged = params_damaged_;
-  *why = refuse_arming(c, forced);
-  return *why == nullptr;
+  return refuse_arming(c, forced);
 }
 
 /// Why the stored mission cannot be flown from here: first position too far, or a height below home or above the limit.
-const char* Autopilot::mission_problem() {
+const char* Autopilot::mission_problem(bool aloud) {
   if (count() == 0) return "no mission stored";
   const Vec3 home = home_position();
   bool first_position = true;
@@ -193,7 +194,8 @@ const char* Autopilot::mission_problem() {
       problem_ = Sentence("item ", seq, " is ", static_cast<int>(amount), end).text();
     }
     if (too_far) {
-      if (too_low || too_high) outbox_.say(Severity::kWarning, Sentence("Mission: ", problem_.c_str()).text());
+      if (aloud && (too_low || too_high))
+        outbox_.say(Severity::kWarning, Sentence("Mission: ", problem_.c_str()).text());
       problem_ = Sentence("item ", seq, " is ", static_cast<int>(distance * 1e-3F), " km away").text();
     }
     if (too_far || too_low || too_high) return problem_.c_str();
@@ -210,7 +212,7 @@ link::MissionSituation Autopilot::mission_situation() const {
 MissionState Autopilot::mission_state() const {
   if (count() == 0) return MissionState::kNone;
   if (runner_.complete()) return MissionState::kComplete;
-  const bool ground_flies_it = mode_ == Mode::kOffboard && entered_by_ground_station_ && mission_started_;
+  const bool ground_flies_it = mode_context().ground_station_owns_offboard && mission_started_;
   if (armed_ && (mode_ == Mode::kMission || ground_flies_it)) return MissionState::kActive;
   return mission_started_ ? MissionState::kPaused : MissionState::kNotStarted;
 }
@@ -244,7 +246,7 @@ link::VehicleStatus Autopilot::status() const {
   s.battery_voltage = battery_.voltage;
   s.state_of_charge = battery_.state_of_charge;
   s.health.battery = battery_.state_of_charge > params_.battery_critical;
-  s.health.prearm_checks = estimate_.attitude_valid && estimate_.position_valid && !terminated_ && !params_damaged_;
+  s.health.prearm_checks = armed_ || prearm_checks_pass_;
   s.origin = origin_;
   s.home = home_;
   s.mission.current = static_cast<std::uint16_t>(runner_.current());

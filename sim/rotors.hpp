@@ -1,5 +1,5 @@
 // Four rotors between command and thrust. Why: what a rotor cannot do at once - dead time, lag, slew - decides which
-// trajectories can be flown, so it is modelled as measured on the paper's vehicle (reference PAPER, section 4.2).
+// trajectories can be flown, so it is modelled as measured on the paper's vehicle (its bench times are tests).
 #pragma once
 #include <array>
 #include <cstddef>

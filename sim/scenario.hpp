@@ -23,7 +23,7 @@ struct Scenario {
 inline constexpr double kDegree = 3.14159265358979323846 / 180.0;
 inline constexpr Scenario kIdeal = {};
 
-/// Noise and delay of a motion-capture laboratory (reference SPLIT, header).
+/// Noise and delay of a motion-capture laboratory.
 inline constexpr Scenario kNominal = [] {
   Scenario s;
   s.drag = true;

@@ -39,7 +39,7 @@ Estimate Estimator::step(std::uint64_t t_us, const Imu& imu, const std::optional
 void Estimator::integrate(const Imu& imu) {
   const Vec3 w = 0.5F * (imu_.w_WB_B + imu.w_WB_B) - gyro_bias_;
   const Quat q_WB = normalised(now_.q_WB * from_rotation_vector(w * kDt));
-  if (poses_ > 0) {
+  if (placed_) {  // without poses this is dead reckoning: invalid, but vertical speed stays good for a while
     const Vec3 a = 0.5F * (acceleration(now_.q_WB, imu_) + acceleration(q_WB, imu));
     now_.p_WB += (now_.v_WB + 0.5F * kDt * a) * kDt;
     now_.v_WB += a * kDt;
@@ -73,6 +73,7 @@ Estimator::Past Estimator::past(std::uint64_t t_us) const {
 // be of an instant before this correction, does not apply it again. Gains begin as those of a growing memory (1, then
 // smaller), so the second pose already gives the velocity, and end as the parameters'.
 void Estimator::correct(std::uint64_t t_us, const PoseFix& pose, const Params& params) {
+  placed_ = true;
   if (poses_ == 0) first_pose_us_ = t_us;
   const bool tracking = poses_ > 0 && last_pose_us_ >= first_pose_us_;
   poses_ = tracking ? std::min<std::uint32_t>(poses_ + 1, 1000) : 1;

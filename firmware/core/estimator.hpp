@@ -16,7 +16,9 @@ class Estimator {
   /// vehicle.
   Estimate step(std::uint64_t t_us, const Imu& imu, const std::optional<PoseFix>& pose, const Params& params);
 
-  auto state() const { return std::tie(now_, imu_, gyro_bias_, history_, first_pose_us_, last_pose_us_, poses_); }
+  auto state() const {
+    return std::tie(now_, imu_, gyro_bias_, history_, first_pose_us_, last_pose_us_, poses_, placed_);
+  }
 
  private:
   static constexpr std::uint64_t kHistory = 64;  // [ms], longest pose delay it can use
@@ -37,6 +39,7 @@ class Estimator {
   Vec3 gyro_bias_ = Vec3::Zero();
   std::array<Past, kHistory> history_ = {};  // of millisecond k at k mod 64
   std::uint64_t first_pose_us_ = 0, last_pose_us_ = 0;
+  bool placed_ = false;      // has ever had a pose
   std::uint32_t poses_ = 0;  // since tracking began; 0: not placed yet
 };
 

@@ -7,9 +7,9 @@ namespace halfroll {
 
 class LandedDetector {
  public:
-  /// One 10 ms tick. `thrust`: along actual body up [N]; `weight` [N].
+  /// One 10 ms tick. `lift`: what the thrust pushes straight up, in any attitude [N]; `weight` [N].
   /// Leaves the ground when risen 0.1 m; is back when it rests although its thrust could not carry it.
-  bool step(const Estimate& estimate, float thrust, float weight, bool armed) {
+  bool step(const Estimate& estimate, float lift, float weight, bool armed) {
     if (!armed) {
       on_ground_ = true;
       ground_z_ = estimate.p_WB.z();
@@ -18,8 +18,8 @@ class LandedDetector {
       on_ground_ = estimate.p_WB.z() - ground_z_ < kLiftOff;
       resting_s_ = 0.F;
     } else {
-      // In the air, so little thrust would have gathered 2 m/s in half a second.
-      const bool resting = thrust < kLowThrust * weight && estimate.v_WB.norm() < kStill;
+      // In the air, so little lift would have gathered 2 m/s in half a second.
+      const bool resting = lift < kLowLift * weight && estimate.v_WB.norm() < kStill;
       resting_s_ = resting ? resting_s_ + kReferenceDt : 0.F;
       if (resting_s_ > kRestingTime) {
         on_ground_ = true;
@@ -33,7 +33,7 @@ class LandedDetector {
 
  private:
   static constexpr float kLiftOff = 0.1F;      // [m]
-  static constexpr float kLowThrust = 0.6F;    // of the weight
+  static constexpr float kLowLift = 0.6F;      // of the weight
   static constexpr float kStill = 0.25F;       // [m/s]
   static constexpr float kRestingTime = 0.5F;  // [s]
 

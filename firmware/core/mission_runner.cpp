@@ -2,11 +2,14 @@
 
 #include <cmath>
 
+#include "core/trig.hpp"
+
 namespace halfroll {
 namespace {
 
 constexpr int kItemsPerTick = 16;        // items that need no time; bounds the work of one tick
 constexpr float kTakeoffReached = 0.3F;  // [m], vertical
+constexpr float kYawReached = 0.05F;     // [rad]
 constexpr float kOverLanding = 0.5F;     // [m], horizontal, before a landing goes down
 
 }  // namespace
@@ -27,10 +30,16 @@ void MissionRunner::set_current_and_clear_jumps(int seq) {
   jumps_done_ = {};
 }
 
-void MissionRunner::resume() { entered_ = false; }
+void MissionRunner::resume() {
+  entered_ = false;
+  yaw_known_ = false;
+}
 
 void MissionRunner::take_over(int seq) {
-  for (int i = current_; i < seq; ++i) reach(i);
+  if (seq > current_) {
+    if (overtaken_ == overtaken_end_) overtaken_ = current_;
+    overtaken_end_ = seq;
+  }
   set_current(seq);
 }
 
@@ -40,6 +49,7 @@ void MissionRunner::reach(int seq) {
 }
 
 int MissionRunner::take_reached() {
+  if (overtaken_ < overtaken_end_) return overtaken_++;
   if (reached_count_ == 0) return -1;
   const int seq = reached_[0];
   for (std::size_t i = 1; i < static_cast<std::size_t>(reached_count_); ++i) reached_[i - 1] = reached_[i];
@@ -63,7 +73,9 @@ void MissionRunner::enter(const FlightItem& item, const Estimate& estimate, cons
   waited_s_ = 0.F;
   climbing_ = item.kind == ItemKind::kTakeoff || (landed && item.kind == ItemKind::kWaypoint);
   entry_position_ = landed ? estimate.p_WB : reference.position;
-  entry_yaw_ = reference.yaw;
+  if (!yaw_known_) wanted_yaw_ = reference.yaw;
+  if (item.has_yaw) wanted_yaw_ = item.yaw + (item.yaw_relative ? wanted_yaw_ : 0.F);
+  yaw_known_ = true;
 }
 
 MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estimate, const FlatReference& reference,
@@ -81,7 +93,7 @@ MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estim
     const FlightItem item = items.item(seq);
     if (!entered_) enter(item, estimate, reference, landed);
     out.target.position = entry_position_;
-    out.target.yaw = item.has_yaw ? item.yaw + (item.yaw_relative ? entry_yaw_ : 0.F) : entry_yaw_;
+    out.target.yaw = wanted_yaw_;
 
     switch (item.kind) {
       case ItemKind::kTakeoff:
@@ -117,12 +129,14 @@ MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estim
         complete_ = true;
         return out;
       case ItemKind::kDelay:
-      case ItemKind::kYaw:
         waited_s_ += dt;
         if (waited_s_ < item.hold_s) return out;
         break;
+      case ItemKind::kYaw:
+        if (std::abs(wrapped_angle(wanted_yaw_ - reference.yaw)) > kYawReached) return out;
+        break;
       case ItemKind::kJump: {
-        std::int16_t& done = jumps_done_[static_cast<std::size_t>(seq)];
+        std::uint16_t& done = jumps_done_[static_cast<std::size_t>(seq)];
         reach(seq);
         if (item.repeats < 0 || done < item.repeats) {
           if (item.repeats >= 0) ++done;
@@ -137,7 +151,7 @@ MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estim
         break;
       case ItemKind::kSetHome:
         out.set_home = true;
-        out.target.position = item.has_position ? item.position : estimate.p_WB;
+        out.home = item.has_position ? item.position : estimate.p_WB;
         reach(seq);
         go_to(seq + 1, items);
         return out;

@@ -24,7 +24,8 @@ struct MissionStep {
   bool descend = false;      // go down until landed
   bool return_home = false;  // an RTL item: hand over to mode RTL
   bool complete = false;     // nothing left to fly
-  bool set_home = false;     // home becomes target.position
+  bool set_home = false;     // home becomes `home`
+  Vec3 home = Vec3::Zero();
 };
 
 class MissionRunner {
@@ -50,8 +51,8 @@ class MissionRunner {
   int take_reached();
 
   auto state() const {
-    return std::tie(current_, entered_, climbing_, arrived_, waited_s_, speed_, complete_, entry_position_, entry_yaw_,
-                    jumps_done_);
+    return std::tie(current_, entered_, climbing_, arrived_, waited_s_, speed_, complete_, entry_position_, wanted_yaw_,
+                    yaw_known_, jumps_done_, reached_, reached_count_, overtaken_, overtaken_end_);
   }
 
  private:
@@ -67,12 +68,14 @@ class MissionRunner {
   float speed_ = -2.F;  // [m/s], -2: the default
   bool complete_ = false;
   Vec3 entry_position_ = Vec3::Zero();
-  float entry_yaw_ = 0.F;
-  std::array<std::int16_t, kMaxItems> jumps_done_ = {};
+  float wanted_yaw_ = 0.F;  // of the last item that gave one, else as it was found
+  bool yaw_known_ = false;
+  std::array<std::uint16_t, kMaxItems> jumps_done_ = {};
 
   static constexpr int kReachedQueue = 64;
   std::array<std::int16_t, kReachedQueue> reached_ = {};
   int reached_count_ = 0;
+  int overtaken_ = 0, overtaken_end_ = 0;  // items the ground station flew, still to be told
 };
 
 }  // namespace halfroll

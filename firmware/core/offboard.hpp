@@ -30,7 +30,8 @@ class Offboard {
   OffboardStage stage(std::uint64_t t_us, bool armed, const Params& params) const;
   const Setpoint& setpoint() const { return setpoint_; }
   std::uint8_t type_mask() const { return type_mask_; }
-  bool owned_by_ground_station() const { return has_owner_ && owner_is_ground_; }
+  /// Of the source that is followed; of `otherwise` while none is yet.
+  bool owned_by_ground_station(bool otherwise) const { return has_owner_ ? owner_is_ground_ : otherwise; }
   std::uint32_t dropped() const { return dropped_; }
 
   auto state() const {

@@ -19,7 +19,7 @@ float sign_of(float x) { return x < 0.F ? -1.F : 1.F; }
 
 Vec3 gravity_up() { return {0.F, 0.F, kGravity}; }
 
-/// How much of the position feedback the attitude sees, and how fast that changes (paper section 5.5 of the reference).
+/// How much of the position feedback the attitude sees, and how fast that changes.
 struct Fade {
   float share = 1.F, rate = 0.F;  // [-], [1/s]
 };

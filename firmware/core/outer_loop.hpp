@@ -7,7 +7,7 @@
 
 namespace halfroll {
 
-/// Everything one tick needs. Leads (reference SPLIT 1) are the caller's: it knows the plan's future.
+/// Everything one tick needs. Leads (docs/paper.md) are the caller's: it knows the plan's future.
 struct OuterLoopInput {
   std::uint64_t t_us = 0;                 // the tick; stamps the setpoint
   Estimate state;                         // sampled at or before t_us
@@ -38,7 +38,7 @@ class OuterLoop {
   explicit OuterLoop(const Vehicle& vehicle);
 
   /// One tick, to be called every 10 ms. The setpoint has no angular acceleration, on board as over the link: the led
-  /// rate carries it (reference SPLIT 2.3). A tick with a NaN in it repeats the last attitude and thrust, at rest.
+  /// rate carries it (feedback in it is noise). A tick with a NaN in it repeats the last attitude and thrust, at rest.
   Setpoint step(const OuterLoopInput& in, const Params& params);
 
   /// Forget errors and chart; continue from this attitude.

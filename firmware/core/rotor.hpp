@@ -1,5 +1,5 @@
 // From wanted thrust to rotor command. Why: fixed-pitch motors are slower than the attitude loop needs; their known
-// lag is inverted here (reference SPLIT, section 4). Variable-pitch commands pass through.
+// lag is inverted here. Variable-pitch commands pass through.
 #pragma once
 #include "core/params.hpp"
 #include "core/types.hpp"

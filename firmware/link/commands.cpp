@@ -10,6 +10,7 @@
 namespace halfroll::link {
 namespace {
 
+constexpr double kHighest = 1e5;  // [m], fits the wire's millimetres
 constexpr CommandResult kDenied = CommandResult::kDenied;
 constexpr std::int32_t kNotGiven = std::numeric_limits<std::int32_t>::max();
 
@@ -179,6 +180,7 @@ Wish set_home(const Command& c, const CommandSituation& now) {
   if (!where.given || !where.valid || nowhere || !z) return kDenied;
   const bool amsl = !c.is_int || c.frame == kFrameGlobal || c.frame == kFrameGlobalInt;
   const double alt_m = amsl ? static_cast<double>(c.p[6]) : now.origin.alt_m + static_cast<double>(*z);
+  if (!(std::abs(alt_m) <= kHighest)) return kDenied;
   return HomeWish{false, where.lat_degE7, where.lon_degE7, alt_m};
 }
 

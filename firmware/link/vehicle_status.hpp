@@ -30,6 +30,12 @@ inline Home home_at(const Origin& origin, const Vec3& position, float yaw) {
   return {position, yaw, here.lat_degE7, here.lon_degE7, static_cast<std::int32_t>(std::lround(here.alt_m * 1e3))};
 }
 
+/// At a place on earth, heading north.
+inline Home home_given(const Origin& origin, const GlobalPosition& at) {
+  const Vec3 position = local_from_global(origin, at.lat_degE7, at.lon_degE7, at.alt_m);
+  return {position, 0.F, at.lat_degE7, at.lon_degE7, static_cast<std::int32_t>(std::lround(at.alt_m * 1e3))};
+}
+
 struct MissionProgress {
   std::uint16_t current = 0;
   std::uint16_t total = 0;  // 0: none stored

@@ -24,3 +24,12 @@ TEST_CASE("hovering is not landing, however still") {
   e.p_WB.z() = 1.F;
   for (int i = 0; i < 1000; ++i) CHECK_FALSE(detector.step(e, 5.6F, 5.6F, true));
 }
+
+TEST_CASE("an inverted hover is not a landing: its thrust is negative, its lift is not") {
+  LandedDetector detector;
+  Estimate e;
+  detector.step(e, 0.F, 5.6F, false);
+  e.p_WB.z() = 10.F;
+  const float thrust = -5.6F, up_z = -1.F;
+  for (int i = 0; i < 1000; ++i) CHECK_FALSE(detector.step(e, thrust * up_z, 5.6F, true));
+}

@@ -127,3 +127,33 @@ TEST_CASE("a mission that begins with a waypoint climbs before it crosses") {
     CHECK(step.target.position.z() == doctest::Approx(flight.params.takeoff_altitude));
   }
 }
+
+TEST_CASE("a turn is waited for, and the heading it gave is kept for what follows") {
+  FlightItem turn;
+  turn.kind = ItemKind::kYaw;
+  turn.has_yaw = true;
+  turn.yaw = 1.5F;
+  PerfectFlight flight({to(ItemKind::kTakeoff, {0.F, 0.F, 5.F}), turn, to(ItemKind::kWaypoint, {10.F, 0.F, 5.F})});
+  CHECK(flight.fly(60.F) > 0.F);
+  CHECK(flight.follower.reference().yaw == doctest::Approx(1.5F).epsilon(0.05));
+}
+
+TEST_CASE("home from an item is where the item says, and nothing flies there") {
+  FlightItem home = to(ItemKind::kSetHome, {30.F, 20.F, 0.F});
+  MissionRunner runner;
+  runner.reset(0);
+  List items;
+  items.items = {home};
+  const MissionStep step = runner.step(items, Estimate{}, FlatReference{}, Vec3::Zero(), false, kReferenceDt, Params{});
+  CHECK(step.set_home);
+  CHECK(step.home == Vec3(30.F, 20.F, 0.F));
+  CHECK(step.target.position.norm() < 1e-6F);
+}
+
+TEST_CASE("a hundred items flown by the ground station are all told, each once") {
+  MissionRunner runner;
+  runner.reset(0);
+  runner.take_over(100);
+  for (int i = 0; i < 100; ++i) CHECK(runner.take_reached() == i);
+  CHECK(runner.take_reached() == -1);
+}

@@ -1,4 +1,4 @@
-// Rotor dynamics, against the times measured on the paper's vehicle (reference PAPER, section 3: H1, H2, H3).
+// Rotor dynamics, against the times measured on the paper's vehicle.
 #include <doctest/doctest.h>
 
 #include <cmath>
