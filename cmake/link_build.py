@@ -20,7 +20,8 @@ def link(target: Path, place: Path) -> None:
     place.symlink_to(target)
 
 
-for module in build.glob("ground/bindings/_firmware*.so"):
-    link(module, package / module.name)
+for pattern in ("_firmware*.so", "_planner*.so"):
+    for module in build.glob(f"ground/bindings/{pattern}"):
+        link(module, package / module.name)
 link(build / "generated" / "_dialect.py", package / "_dialect.py")
 link(build / "sim" / "halfroll-sitl", scripts / "halfroll-sitl")

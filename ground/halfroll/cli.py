@@ -8,6 +8,7 @@ import contextlib
 import json
 import os
 import shlex
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ import typer
 
 from halfroll.errors import FlightError, HalfrollError, InputError, LinkError
 
-STOPPED = 130  # exit code after Ctrl-C, as shells have it
+STOPPED, TERMINATED = 130, 143  # exit codes after Ctrl-C and SIGTERM, as shells have them
 
 app = typer.Typer(
     name="halfroll",
@@ -97,7 +98,7 @@ def plan(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="P", help="Write the plan: .csv (1 kHz), .json or .npz.")
     ] = None,
-    mode: Annotated[str, typer.Option("--mode", metavar="paper", help="How to plan.")] = "paper",
+    mode: Annotated[str, typer.Option("--mode", metavar="paper|fast|best", help="How near the least time.")] = "paper",
     vehicle: VehicleName = "mit-vp",
     limits: LimitsKind = "mission",
     margin: Margin = None,
@@ -261,6 +262,15 @@ def _command_line() -> str:
 # How it ends.
 
 
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM: ends everything on the same way as Ctrl-C."""
+
+
+def _terminate(*_: object) -> NoReturn:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # cleaning up is not stopped half way
+    raise _Terminated
+
+
 class Ended(SystemExit):
     """The command has said all it has to say."""
 
@@ -272,11 +282,11 @@ def _errors_for_people(as_json: bool) -> Iterator[None]:
         yield
     except HalfrollError as error:
         _fail(error, as_json)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         if as_json:
             print(json.dumps({"error": {"kind": "stopped", "message": "stopped"}}))
         print("stopped", file=sys.stderr)
-        raise Ended(STOPPED) from None
+        raise Ended(TERMINATED if isinstance(stop, _Terminated) else STOPPED) from None
     except BrokenPipeError:  # whoever read us has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise Ended(1) from None
@@ -318,6 +328,7 @@ def main() -> None:
     """The `halfroll` command. Wrong usage ends as every error: one sentence, with --json an object, exit code 2."""
     if not sys.argv[1:]:
         app()  # prints the help and ends
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         sys.exit(app(standalone_mode=False))
     except _TYPERS_USAGE_ERROR as wrong:

@@ -56,7 +56,7 @@ def show_plan(made: Plan) -> None:
     for column in table.columns:
         column.justify = "right"
     for number, (due, waypoint) in enumerate(zip(made.times_s, made.waypoints, strict=True), start=1):
-        table.add_row(str(number), f"{due:.3f}", *(f"{x:.2f}" for x in waypoint.position))
+        table.add_row(str(number), f"{due:.3f}", *(_hundredths(x) for x in waypoint.position))
     out.print(table)
     verdict = "inside the limits" if made.certified else f"[red]over the limits by {made.violation_N:.3f} N[/red]"
     used, allowed = _range(made.rotor_min, made.rotor_max), _rotor_limits(made.vehicle)
@@ -104,8 +104,12 @@ def _flight_rows(flown: FlightResult, figures: FlightFigures, real_time: bool) -
     return rows
 
 
+def _hundredths(x: float) -> str:
+    return f"{round(x, 2) + 0.0:.2f}"  # never -0.00
+
+
 def _range(low: Sequence[float], high: Sequence[float]) -> str:
-    return f"{min(low):.2f} … {max(high):.2f} N"
+    return f"{_hundredths(min(low))} … {_hundredths(max(high))} N"
 
 
 def _rotor_limits(vehicle: Vehicle) -> str:

@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field, replace
 
-from halfroll.errors import MissionError
+from halfroll.errors import MissionError, PlanError
 from halfroll.frames import degrees_from_wire, heading_deg_to_yaw
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, local_from_global
 from halfroll.mission import CAPACITY, NOT_GIVEN, Mission, MissionItem, Vector, Waypoint
@@ -26,6 +26,8 @@ from halfroll.mission_items import (
 )
 
 TAKEOFF_ALTITUDE = 2.5  # [m] MIS_TAKEOFF_ALT
+LONGEST_WAIT_S, LONGEST_FLIGHT_S = 3600.0, 7200.0  # what is longer is a mistake, and its plan would fill the memory
+_STEPS = 100_000  # a mission of more items, counting each repetition, has no end that anybody would wait for
 SAME_PLACE = 0.02  # [m] waypoints this close are one: the wire's latitudes are 1.1 cm apart
 
 
@@ -95,6 +97,64 @@ def flown_waypoints(
         raise MissionError("the mission has no position to fly to before it ends; add a takeoff or a waypoint", first)
     last = walk.legs[-1].item
     return Course(tuple(walk.legs), first, first if last is None else last, hands_back_to, tuple(walk.notes))
+
+
+def require_an_end(waypoints: tuple[Waypoint, ...], speed_max: float | None = None) -> None:
+    """Raises PlanError, naming the waypoint, for holds and flights that are too long to be meant.
+
+    speed_max [m/s]: no leg is flown faster; None if there is no such limit.
+    """
+    least_s = 0.0
+    for place, point in enumerate(waypoints):
+        what = f"waypoint {place + 1}" if point.item is None else f"item {point.item}"
+        if speed_max is not None and place:
+            before = waypoints[place - 1]
+            least_s += math.dist(before.position, point.position) / min(speed_max, before.speed_max or speed_max)
+        least_s += point.hold_s
+        if point.hold_s > LONGEST_WAIT_S:
+            limit = f"at most {LONGEST_WAIT_S:g} s are planned; shorten it"
+            raise PlanError(f"{what}: its hold of {point.hold_s:g} s is too long, {limit}", point.item)
+        if least_s > LONGEST_FLIGHT_S:
+            limit = f"at most {LONGEST_FLIGHT_S / 3600.0:g} h are planned; fly faster, or split the mission"
+            raise PlanError(f"{what}: the flight up to here takes {least_s / 3600.0:.1f} h, {limit}", point.item)
+
+
+def endless(items: tuple[MissionItem, ...]) -> MissionError | None:
+    """The item at which a mission stays for ever, or longer than anybody waits; None if it comes to an end."""
+    index, jumps_done = 0, Counter[int]()
+    for _ in range(_STEPS):
+        kind = TABLE.get(items[index].command) if index < len(items) else None
+        if index >= len(items) or (kind and kind.role is Role.END):
+            return None
+        params, following, why = items[index].params, index + 1, ""
+        if kind and kind.role is Role.LOITER:
+            why = "it circles or hovers without limit; take LOITER_TIME"
+        elif kind and kind.role is Role.JUMP and params[1] != 0:
+            if params[1] < 0:
+                why = "it repeats for ever; give a number of repeats"
+            elif jumps_done[index] < params[1]:
+                jumps_done[index] += 1
+                following = int(params[0])
+        elif kind and (kind.role is Role.WAIT or kind.holds) and params[0] > LONGEST_WAIT_S:
+            why = f"it waits {params[0]:g} s, at most {LONGEST_WAIT_S:g} s are flown; shorten it"
+        if why:
+            return _never_ends(items, index, why)
+        index = following
+    index = jumps_done.most_common(1)[0][0]
+    return _never_ends(items, index, f"it repeats {items[index].params[1]:g} times; give fewer repeats")
+
+
+def _never_ends(items: tuple[MissionItem, ...], index: int, why: str) -> MissionError:
+    return MissionError(f"the mission never ends: item {index} ({command_name(items[index].command)}): {why}", index)
+
+
+def home_of(mission: Mission) -> GeoPoint:
+    """Where the simulated vehicle stands: where QGroundControl planned it to, else at the simulator's own place.
+
+    The home of a .waypoints file is where that list was made, often on another continent, and no wish.
+    """
+    planned = mission.source is not None and mission.source.suffix == ".plan"
+    return mission.planned_home if planned and mission.planned_home else DEFAULT_ORIGIN
 
 
 @dataclass

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from halfroll.errors import HalfrollError
+from halfroll.errors import HalfrollError, LinkError
 from halfroll.link import GCS, GCS_SYSTEM, GROUND, Link, Message
 from halfroll.mission import Mission
 from halfroll.pilot import Pilot
@@ -25,6 +25,7 @@ from halfroll.transport import UdpTransport, wait_for_any, wall_s
 from halfroll.vehicle import Vehicle
 
 _POLL_S = 0.02  # how long the planner's outcome may lie unseen
+SILENT_S = 10.0  # wall clock
 _TIME_EVERY_S = 0.2  # wall clock: whoever watches hears where the flight is
 
 
@@ -50,12 +51,18 @@ class Debriefing:
 def fly_together(
     station: Station, pilot: Pilot, links: Sequence[tuple[Link, UdpTransport]], watch: Callable[[], None]
 ) -> None:
-    """Until the pilot is done. links: the station's and the pilot's; watch: called again and again."""
+    """Until the pilot is done. links: the station's and the pilot's; watch: called again and again.
+
+    Raises LinkError when the autopilot falls silent: its heartbeat comes even while its time stands.
+    """
     hearers: tuple[Callable[[Message], None], ...] = (station.hear, pilot.hear)
+    heard_s = wall_s()
     while not pilot.done:
         wait_for_any([transport for _, transport in links], _POLL_S)
         while hear_all([link for link, _ in links], hearers):
-            continue
+            heard_s = wall_s()
+        if wall_s() - heard_s > SILENT_S:
+            raise LinkError(f"the autopilot has been silent for {SILENT_S:.0f} s; is its process stopped? fly again")
         station.go_on()
         pilot.go_on()
         station.answer_time(others_wait=pilot.awaits_answer)
@@ -127,5 +134,5 @@ def main() -> None:
             connection.send(fly_mission(orders, ours, pilots, connection.send, watch))
         except HalfrollError as error:
             connection.send(error)
-        except BrokenPipeError:
+        except ConnectionError:
             sys.exit(1)

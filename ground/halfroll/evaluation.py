@@ -24,7 +24,10 @@ Rotors = tuple[float, float, float, float]
 
 TRACKING_LIMIT_M = 0.5  # farther from the plan than this, the flight was not the one that was certified
 WAYPOINT_LIMIT_M = 0.5  # a passed waypoint that was missed by more does not count as flown
-THRUST_TOLERANCE_N = 1e-3  # logged in single precision
+SATURATION_LIMIT = 0.05  # share of the planned part in which the mixer may have to cut what control asks for
+EDGE_SATURATION_LIMIT = 0.3  # the same for a plan that itself uses all that the rotors have (margin 0)
+EDGE = 0.02  # a plan that keeps less than this share of the largest thrust free does
+AT_LIMIT_N = 1e-4  # the mixer never goes beyond a limit, it stays at it; logged in single precision
 HAND_BACK_TOLERANCE_S = 0.02  # two ticks of the reference stream
 
 
@@ -52,6 +55,7 @@ class FlightFigures:
     rotor_min_N: Rotors
     rotor_max_N: Rotors
     checks: tuple[Check, ...]
+    rotor_saturated: float = 0.0  # share of the planned part in which a rotor command is at a limit
 
     @property
     def within_limits(self) -> bool:
@@ -80,6 +84,10 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
     armed = state.t[np.asarray(state["armed"], dtype=bool)]
     low, high = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
     rotor_min, rotor_max = commanded.min(axis=0), commanded.max(axis=0)
+    at_limit = (commanded <= low + AT_LIMIT_N) | (commanded >= high - AT_LIMIT_N)
+    saturated = float(np.mean(at_limit.any(axis=1)))
+    kept = min(min(plan.rotor_min) - low, high - max(plan.rotor_max))
+    saturation_limit = SATURATION_LIMIT if kept > EDGE * high else EDGE_SATURATION_LIMIT
     flown_s = _hand_back(state, plan_start_s, truth.t[-1]) - plan_start_s
     rms, worst, miss = float(np.sqrt(np.mean(error**2))), float(error.max()), float(misses.max())
     checks = (
@@ -89,10 +97,10 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
         Check("distance from the plan", f"{worst:.3f} m", f"{TRACKING_LIMIT_M:g} m", worst <= TRACKING_LIMIT_M),
         Check("distance from waypoints when due", f"{miss:.3f} m", f"{WAYPOINT_LIMIT_M:g} m", miss <= WAYPOINT_LIMIT_M),
         Check(
-            "rotor thrust",
-            f"{rotor_min.min():.2f} … {rotor_max.max():.2f} N",
-            f"{low:.2f} … {high:.2f} N",
-            bool(rotor_min.min() >= low - THRUST_TOLERANCE_N and rotor_max.max() <= high + THRUST_TOLERANCE_N),
+            "rotor at its limit",
+            f"{100.0 * saturated:.1f} % of the time",
+            f"{100.0 * saturation_limit:g} %",
+            saturated <= saturation_limit,
         ),
         Check("landed and disarmed", "no" if state["armed"][-1] else "yes", "yes", not state["armed"][-1]),
     )
@@ -107,6 +115,7 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
         rotor_min_N=_rotors(rotor_min),
         rotor_max_N=_rotors(rotor_max),
         checks=checks,
+        rotor_saturated=saturated,
     )
 
 

@@ -1,6 +1,6 @@
 """Inverse dynamics: derivatives of position and yaw to attitude, body rates, torque and the four rotor thrusts.
 
-Why: it is the planner's picture of the vehicle (Eqs 2-4 and 11-19 inverted, reference PAPER 5 and 7.3, without
+Why: it is the planner's picture of the vehicle (Eqs 2-4 and 11-19 inverted, docs/paper.md, without
 feedback). Everything is vectorised over samples, and continuous through free fall and through upside down.
 
 The thrust axis n = s F/|F| has a sign s. It is +1, except
@@ -11,7 +11,7 @@ sigma, the wanted sign of n_z, follows: sigma = sgn(n_z).
 Attitude is measured from upright while n_z >= 0 (chart A) and from upside down while n_z < 0 (chart C), without
 hysteresis. At a change from A to C the heading gamma of chart C is taken from n, so the attitude is continuous; at a
 change back, what the charts differ by becomes a constant yaw offset. On a path that turns over out of one plane the
-yaw rate still steps at the change (reference PAPER 5.4).
+yaw rate still steps at the change.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ class Charts:
     def at(self, t: Array) -> tuple[NDArray[np.bool_], Array, Array]:
         k = np.searchsorted(self.changes, t, side="right")
         return self.inverted[k], self.gamma[k], self.yaw_offset[k]
+
+
+UPRIGHT = Charts(np.array([]), np.array([False]), np.zeros(1), np.zeros(1))  # chart A throughout: n_z above -1
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ def upright_outputs(derivatives: Array, vehicle: Vehicle, vertical: bool) -> tup
 
 
 def rotor_thrusts(thrust: Array, torque: Array, vehicle: Vehicle) -> Array:
-    """(4, ...) [N] from signed total thrust (...) and torque (3, ...).   Eq 4 inverted, reference PAPER 4.3"""
+    """(4, ...) [N] from signed total thrust (...) and torque (3, ...).   Eq 4 inverted"""
     x, y, z = (
         torque[0] / (2.0 * vehicle.arm_m),
         torque[1] / (2.0 * vehicle.arm_m),
@@ -141,7 +144,7 @@ def _force_and_derivatives(derivatives: Array, vehicle: Vehicle) -> tuple[Array,
 
 
 def _thrust_axis(t: Array, force: Array, sign: Array, vertical: NDArray[np.bool_], flips: Array) -> Array:
-    """n, n', n'' as (3, 3, S).   Eq 19 and one more, reference PAPER 5.2; the limit at F = 0 of 5.5"""
+    """n, n', n'' as (3, 3, S).   Eq 19 and one derivative more; at F = 0 its limit"""
     up = np.zeros_like(force[:3])
     up[0, 2] = 1.0
     along = np.where(vertical, up, force[:3])
@@ -205,7 +208,7 @@ def _turned(axis: Array, inverted: NDArray[np.bool_], gamma: Array) -> Array:
 
 
 def _body_rate(axis: Array, yaw: Array, yaw_rate: Array, yaw_acceleration: Array) -> tuple[Array, Array]:
-    """Rate and acceleration in D of the least rotation e3 -> n followed by yaw.   Eqs 13, 15-18, reference PAPER 5.4"""
+    """Rate and acceleration in D of the least rotation e3 -> n followed by yaw.   Eqs 13, 15-18"""
     (a, b, c), (a1, b1, c1), (a2, b2, c2) = axis
     D = np.maximum(1.0 + c, 1e-6)
     k = c1 / D

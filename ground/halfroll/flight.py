@@ -22,18 +22,18 @@ from socket import socket
 from typing import IO, TYPE_CHECKING, Any
 
 from halfroll import simulator
-from halfroll.course import with_takeoff_and_landing
+from halfroll.course import endless, home_of, with_takeoff_and_landing
 from halfroll.crew import Debriefing, Orders, hear_all
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.geodesy import GeoPoint
 from halfroll.link import GROUND, Link
 from halfroll.mission import Mission
 from halfroll.mission_files import load_mission
 from halfroll.planning import Limits, PlanningProcess
 from halfroll.record import Event
 from halfroll.station import Station
-from halfroll.transport import UdpTransport, bound_socket, wait_for_any
-from halfroll.vehicle import Vehicle, load_vehicle
+from halfroll.transport import UdpTransport, bound_socket, wait_for_any, wall_s
+from halfroll.vehicle import Vehicle, built_vehicle
 
 if TYPE_CHECKING:
     from halfroll.plan import Plan
@@ -43,6 +43,7 @@ SITL_OFFBOARD_PORT, SITL_GCS_PORT = 14580, 18570
 INSTANCES = range(10)  # 14540 + 10 would be the GCS's port
 _POLL_S = 0.05
 _ENDS_WITHIN_S = 3.0
+_SILENT_S = 30.0  # the crew tells the time a few times a second, once it has begun
 _BAD_OPTION, _PORT_TAKEN = 2, 3  # exit codes of halfroll-sitl
 _PHASES = {
     "mission": "plan",
@@ -52,10 +53,12 @@ _PHASES = {
     "approach": "go to the plan's start",
     "flying": "fly the plan",
     "progress": "fly the plan",
-    "handed-back": "land",
+    "left": "fly on without the plan",
+    "handed-back": "end the mission",
 }
 # A process of ours never imports from the folder that it happens to be started in.
 _CREW = "import sys; sys.path = [path for path in sys.path if path]; from halfroll.crew import main; main()"
+_QUIET = ("-W", "ignore::UserWarning:multiprocessing.resource_tracker")  # it complains of a crew that was killed
 _HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
 
 Progress = Callable[[str, "float | None"], None]
@@ -107,7 +110,9 @@ def fly(
     """
     wanted = mission if isinstance(mission, Mission) else load_mission(mission)
     flown, notes = with_takeoff_and_landing(wanted)
-    flown_by = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle, overrides)
+    if error := endless(flown.items):
+        raise error
+    flown_by = built_vehicle(vehicle, overrides)
     log = Path(log_path) if log_path else Path(tempfile.mkdtemp(prefix="halfroll-")) / "flight.ulg"
     progress("start the simulator", None)
     with contextlib.ExitStack() as stack:
@@ -120,7 +125,7 @@ def fly(
             *simulator.vehicle_arguments(flown_by),
             *("--instance", str(number), "--scenario", scenario, "--seed", str(seed)),
             *("--storage", str(folder), "--log", str(log)),
-            "--origin=" + ",".join(f"{x:.9f}" for x in origin or _origin(wanted)),
+            "--origin=" + ",".join(f"{x:.9f}" for x in origin or home_of(wanted)),
             *([] if speed is None else ["--speed", f"{speed:g}"]),
             *(["--lockstep"] if lockstep else []),
         ]
@@ -128,9 +133,11 @@ def fly(
         sitl = stack.enter_context(_process(words, output=output))
         ours, theirs = Pipe()
         descriptors = (theirs.fileno(), *(each.fileno() for each in sockets))
-        crew = stack.enter_context(_process([sys.executable, "-c", _CREW, *map(str, descriptors)], keep=descriptors))
+        python = [sys.executable, *_QUIET, "-c", _CREW, *map(str, descriptors)]
+        crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
-        ours.send(Orders(flown, flown_by, limits, margin))
+        with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
+            ours.send(Orders(flown, flown_by, limits, margin))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
         debriefing = watch.until_debriefed()
         said = watch.until_simulator_ends()
@@ -206,7 +213,7 @@ class _Watch:
     ) -> None:
         self._mission, self._sitl, self._output, self._crew, self._connection = mission, sitl, output, crew, connection
         self._log, self._progress, self._report = log, progress, report
-        self._t_s, self._item = 0.0, 0
+        self._t_s, self._item, self._heard_s = 0.0, 0, wall_s()
 
     def until_debriefed(self) -> Debriefing:
         """Raises what ended the flight early."""
@@ -219,6 +226,8 @@ class _Watch:
                 raise heard
             if sitl_ended or heard:
                 raise self._simulator_died()
+            if wall_s() - self._heard_s > _SILENT_S:
+                raise LinkError(f"the ground station's process has been silent {self._where()}; fly again")
 
     def until_simulator_ends(self) -> str:
         """It was told to shut down; its last words."""
@@ -237,13 +246,13 @@ class _Watch:
                     outcome: Debriefing | HalfrollError = heard
                     return outcome
                 self._pass_on(heard)
-        except EOFError:
+        except (EOFError, ConnectionError):
             code = self._crew.wait()
             return LinkError(f"the ground station's process ended (exit code {code}) {self._where()}; fly again")
         return None
 
     def _pass_on(self, event: Event) -> None:
-        self._t_s = max(self._t_s, event.t_s)
+        self._t_s, self._heard_s = max(self._t_s, event.t_s), wall_s()
         self._item = self._item if event.item is None else event.item
         if event.kind != "time":
             self._report(event)
@@ -275,12 +284,6 @@ class _Watch:
     def _words(self) -> str:
         self._output.seek(0)
         return self._output.read()
-
-
-def _origin(mission: Mission) -> GeoPoint:
-    """Where the vehicle stands: where the ground control station planned it to."""
-    planned = mission.source is not None and mission.source.suffix == ".plan"
-    return mission.planned_home if planned and mission.planned_home else DEFAULT_ORIGIN
 
 
 def _ports(instance: int | None) -> tuple[int, tuple[socket, socket]]:

@@ -30,14 +30,16 @@ class FlightFiles:
 
     def prepare(self) -> None:
         """Makes the folders and removes what the last flight left, before anything flies. Raises InputError."""
+        named = {self.log: "--log F.ulg", self.report: "--report R.html"}
         for file in (*(self.folder / name for name in (PLAN, PICTURE, RESULT)), self.log, self.report):
+            option = "--out DIR" if file.parent == self.folder else named[file]
             try:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.touch()
                 file.unlink()
             except OSError as error:
                 raise InputError(
-                    f"{file}: cannot be written: {error.strerror}; choose another with --out DIR"
+                    f"{file}: cannot be written: {error.strerror}; choose another with {option}"
                 ) from error
 
     def write(self, flown: FlightResult, *, mission: str, command: str) -> FlightFigures | None:

@@ -23,6 +23,7 @@ from halfroll.transport import Clock
 
 START_DISTANCE, START_SPEED = 0.05, 0.1  # m, m/s: near enough to the plan's start for its clock to start
 SETTLES_WITHIN_S = 10.0  # after the approach, or the autopilot flies the mission by itself
+ERROR_LIMIT_M, ERROR_LIMIT_S = 1.0, 0.1  # farther from the plan for longer: this is not the flight that was planned
 _PROGRESS_EVERY_S = 0.1
 
 Converse = Callable[[Conversation[Any], Callable[[Any], None]], None]
@@ -36,7 +37,10 @@ class Stage(Enum):
 
 
 class Following:
-    """thrust_reference [N]: VEH_T_REF; converse: begins a conversation with the autopilot, after those that wait."""
+    """thrust_reference [N]: VEH_T_REF; converse: begins a conversation with the autopilot, after those that wait.
+
+    current: the item that the autopilot flies as yet.
+    """
 
     def __init__(
         self,
@@ -45,6 +49,7 @@ class Following:
         loop: References,
         thrust_reference: float,
         here: Telemetry,
+        current: int,
         converse: Converse,
         report: Callable[[Event], None],
         clock: Clock,
@@ -58,6 +63,8 @@ class Following:
         self._start = planned.plan.waypoints[0]
         self._path, self._path_start_us = references.approach(here, self._start.position, self._start.yaw), here.t_us
         self._due, self._told_s = 0, -_PROGRESS_EVERY_S
+        self._items = [current]  # the one last heard to be current, then those reported since
+        self._near_us = here.t_us  # when it was last within ERROR_LIMIT_M of the plan
         self._tell("approach", "taking over from the autopilot")
         loop.begin(here)
         converse(conversations.set_mode(link, wire.OFFBOARD), self._hear_offboard)
@@ -73,8 +80,7 @@ class Following:
             self.record.plan_start_s = here.t_us * 1e-6
             self._tell("flying", f"flying the plan, {self.planned.plan.T:.2f} s", 0.0)
         elif self.stage is Stage.APPROACH and self._elapsed(here) > self._path.duration + SETTLES_WITHIN_S:
-            self.ended = f"it did not settle at the plan's start within {SETTLES_WITHIN_S:.0f} s"
-            self._give_back()
+            self._give_up(f"it did not settle at the plan's start within {SETTLES_WITHIN_S:.0f} s")
         if self.stage is Stage.FLYING:
             self._follow(here, self._elapsed(here))
         setpoint = self._references.setpoint(self._path, self._path_start_us, here)
@@ -88,6 +94,15 @@ class Following:
         own = (wire.OFFBOARD, wire.MISSION) if self.stage is Stage.HAND_BACK else (wire.OFFBOARD,)
         if self.owns and not (armed and mode in own):
             self.end(f"{wire.MODE_NAMES.get(mode, mode)} was commanded" if armed else "it was disarmed")
+
+    def hear_current(self, seq: int) -> None:
+        """An item that was not reported from here is a user's choice: the autopilot flies there by itself."""
+        if not self.owns:  # as yet the autopilot moves on by itself
+            self._items = [seq]
+        elif seq in self._items:
+            self._items = self._items[self._items.index(seq) :]
+        elif self.stage in (Stage.APPROACH, Stage.FLYING):
+            self._give_up(f"item {seq} was chosen")
 
     def end(self, why: str) -> None:
         if not self.done:
@@ -112,7 +127,13 @@ class Following:
     def _follow(self, here: Telemetry, t: float) -> None:
         """Reports what is passed; at the end hands back. t: of the plan."""
         plan, course = self.planned.plan, self.planned.course
-        self.record.error_m.append(float(np.linalg.norm(self._path.at(t)[0, :3] - here.p_WB)))
+        error = float(np.linalg.norm(self._path.at(t)[0, :3] - here.p_WB))
+        self.record.error_m.append(error)
+        if error < ERROR_LIMIT_M or self._near_us < self._path_start_us:
+            self._near_us = here.t_us
+        elif here.t_us - self._near_us > 1e6 * ERROR_LIMIT_S:
+            self._give_up(f"{error:.1f} m from the plan", wire.WARNING)
+            return
         while self._due < len(plan.times_s) - 1 and t >= plan.times_s[self._due]:
             passed = plan.waypoints[self._due].item
             if passed is not None:
@@ -127,6 +148,13 @@ class Following:
             self._report_progress(course.hands_back_to)
             self._give_back()
 
+    def _give_up(self, why: str, severity: int = wire.INFO) -> None:
+        """Hands back before the plan's end; the autopilot goes on with the mission by itself."""
+        self.ended = why
+        self._link.send(self._link.status_text(f"Mission: plan left, {why}", severity))
+        self._tell("left", f"leaves the plan: {why}")
+        self._give_back()
+
     def _give_back(self) -> None:
         self.stage = Stage.HAND_BACK
         self._converse(conversations.set_mode(self._link, wire.MISSION), self._hear_handed_back)
@@ -134,10 +162,13 @@ class Following:
     def _report_progress(self, seq: int | None) -> None:
         """Everything before item seq has been passed."""
         if seq is not None:
-            told = conversations.command(
-                self._link, conversations.SET_MISSION_CURRENT, float(seq), what="a progress report"
-            )
-            self._converse(told, lambda _: None)
+            self._converse(self._ask_to_move_on(seq), lambda _: None)
+
+    def _ask_to_move_on(self, seq: int) -> Conversation[None]:
+        if self.ended is None:  # else a user has chosen another item
+            self._items.append(seq)
+            number = conversations.SET_MISSION_CURRENT
+            yield from conversations.command(self._link, number, float(seq), what="a progress report")
 
     def _hear_handed_back(self, result: int) -> None:
         if result != wire.ACCEPTED:

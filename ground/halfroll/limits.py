@@ -1,7 +1,7 @@
 """Limits of a flight, and the margins a trajectory leaves to them (>= 0 is flyable).
 
 Why: what "feasible" means is written once; the optimiser and the final check use the same rows. The final check is
-dense sampling (reference PAPER 7.3) with every near-critical extremum refined between the samples, which finds the true
+dense sampling with every near-critical extremum refined between the samples, which finds the true
 extrema of anything smooth on the scale of a thousandth of a piece. It is a check, not a proof: a proof by Taylor models
 over whole pieces can take its place behind the same `margins`.
 """
@@ -46,7 +46,7 @@ class Limits:
         than half the way to hover on the lower), speed, body rate, floor, and a vertical force that the outer loop can
         hold upright. `rotors`: rotor thrust alone, margin 0.
 
-        Both keep the thrust axis above the horizon (reference PAPER 7.4): fixed pitch F_z >= 4 f_min, in missions
+        Both keep the thrust axis above the horizon: fixed pitch F_z >= 4 f_min, in missions
         half the weight, where its outer loop clamps; variable pitch a small part of the weight.
         """
         rotor, mission = vehicle.rotor, kind == "mission"

@@ -308,7 +308,7 @@ def _guesses(stretch: Stretch) -> list[Array]:
 
 
 def _single(search: Search) -> Array:
-    """One leg: only its duration is free, found to 1e-9 (for a vertical leg this is the closed form of PAPER 7.4)."""
+    """One leg: only its duration is free, found to 1e-9 (a vertical leg has it in closed form)."""
     start = search.feasible_scale(_guesses(search.stretch)[0])
     high = search.stretch_until_checked(start, 1.5)
     if high is None:

@@ -11,7 +11,7 @@ from enum import Enum, IntEnum
 
 from halfroll.frames import degrees_from_wire
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, local_from_global
-from halfroll.mission import MissionItem
+from halfroll.mission import NOT_GIVEN, MissionItem
 from halfroll.mission_items import (
     ABSOLUTE_FRAMES,
     HOME_FRAMES,
@@ -142,11 +142,15 @@ def _place_errors(
     if required or (place is Place.OPTIONAL and not is_here(item)):
         lat_deg, lon_deg = degrees_from_wire(item.x), degrees_from_wire(item.y)
         if abs(lat_deg) > 90:
-            yield Result.INVALID_PARAM5_X, f"latitude {lat_deg:g} is beyond 90 degrees or not given; set its position"
+            given = abs(item.x) < NOT_GIVEN
+            what = f"latitude {lat_deg:g} is beyond 90 degrees" if given else "its latitude is not given"
+            yield Result.INVALID_PARAM5_X, f"{what}; set its position"
         if required and item.x == 0 and item.y == 0 and not (is_home and item.frame == 0):
             yield Result.INVALID_PARAM5_X, "latitude and longitude are both 0; set its position"
         if abs(lon_deg) > 180:
-            yield Result.INVALID_PARAM6_Y, f"longitude {lon_deg:g} is beyond 180 degrees or not given; set its position"
+            given = abs(item.y) < NOT_GIVEN
+            what = f"longitude {lon_deg:g} is beyond 180 degrees" if given else "its longitude is not given"
+            yield Result.INVALID_PARAM6_Y, f"{what}; set its position"
     if place in (Place.NONE, Place.ZERO) or kind.any_height:
         return
     if math.isinf(item.z) or (required and math.isnan(item.z)):

@@ -22,6 +22,7 @@ from halfroll.transport import Clock, wall_s
 
 HEARTBEAT_S = 1.0
 ARM_RETRY_S, ARM_PATIENCE_S = 0.5, 20.0  # vehicle time: the estimator may still be settling
+TAKEOFF_PATIENCE_S, FLIGHT_PATIENCE_S = 300.0, 7200.0  # vehicle time, from arming
 SHUT_DOWN = 2.0
 _RUN_PREARM_CHECKS = 401
 _NAMES_AN_ITEM = re.compile(r"item (\d+)")
@@ -118,13 +119,28 @@ class Pilot:
     def _watch(self) -> Conversation[None]:
         """Until it has landed and disarmed itself."""
         yield Wait(lambda _: bool(self._armed))
-        yield Wait(lambda _: not self._armed)
+        first, began_us = self.item, self._link.t_us
+        yield Wait(lambda _: not self._armed or self.item != first or self._is_overdue(began_us, TAKEOFF_PATIENCE_S))
+        if self._armed and self.item == first:
+            raise self._overdue("did not take off", TAKEOFF_PATIENCE_S)
+        yield Wait(lambda _: not self._armed or self._is_overdue(began_us, FLIGHT_PATIENCE_S))
+        if self._armed:
+            raise self._overdue("did not land", FLIGHT_PATIENCE_S)
         yield Wait(lambda m: isinstance(m, wire.MissionCurrent))
         if self._current is None or self._current.state != wire.COMPLETE:
             at = self._current.seq if self._current else 0
             said = f"; it said: {self.texts[-1]}" if self.texts else ""
             raise FlightError(f"the vehicle landed before the mission was complete, at item {at}{said}", at)
         self._tell("landed", "landed and disarmed, mission complete")
+
+    def _is_overdue(self, began_us: float, patience_s: float) -> bool:
+        return self._link.t_us > began_us + 1e6 * patience_s
+
+    def _overdue(self, what: str, patience_s: float) -> FlightError:
+        said = f"; it said: {self.texts[-1]}" if self.texts else ""
+        return FlightError(
+            f"the vehicle {what} within {patience_s:.0f} s of arming, at item {self.item}{said}", self.item
+        )
 
     def _time_reaches(self, t_us: float) -> Callable[[Message | None], bool]:
         return lambda _: self._link.t_us >= t_us

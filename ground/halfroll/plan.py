@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from halfroll.errors import InfeasibleSegment, InputError, MissionError, PlanError
-from halfroll.flatness import FlatOutputs, inverse_dynamics
+from halfroll.flatness import UPRIGHT, FlatOutputs, inverse_dynamics
 from halfroll.limits import Limits, margins
 from halfroll.minimum_time import NoDurations, Stretch, shortest
 from halfroll.mission import Waypoint
@@ -80,7 +80,15 @@ class Plan:
     @cached_property
     def sigma_events(self) -> tuple[float, ...]:
         """Times at which sigma changes sign; it starts at +1."""
+        below = self._dense.thrust_axis[:, 2] < 0.0 if self._headed_from_upright else None
+        if below is not None:
+            return tuple(float(t) for t in self._dense_times[1:][below[1:] != below[:-1]])
         return tuple(float(t) for t in self._dense.charts.changes)
+
+    @property
+    def _headed_from_upright(self) -> bool:
+        """Whether yaw is measured from upright even where the vehicle tilts past the horizon."""
+        return self.mode != "paper"
 
     def at(self, t: float | ArrayLike) -> FlatPoint:
         """The plan at time t, a number (a few microseconds) or N of them; at rest before 0 and after T."""
@@ -119,9 +127,13 @@ class Plan:
 
     @cached_property
     def _dense(self) -> FlatOutputs:
+        t, charts = self._dense_times, UPRIGHT if self._headed_from_upright else None
+        return inverse_dynamics(t, self.trajectory.derivatives(t), self.vehicle, self.flips, charts)
+
+    @property
+    def _dense_times(self) -> Array:
         pieces = self.trajectory.times[:-1, None], self.trajectory.durations[:, None]
-        t = np.append((pieces[0] + pieces[1] * np.arange(_SAMPLES_PER_PIECE) / _SAMPLES_PER_PIECE).ravel(), self.T)
-        return inverse_dynamics(t, self.trajectory.derivatives(t), self.vehicle, self.flips)
+        return np.append((pieces[0] + pieces[1] * np.arange(_SAMPLES_PER_PIECE) / _SAMPLES_PER_PIECE).ravel(), self.T)
 
     @cached_property
     def _tables(self) -> tuple[list[float], list[Array]]:
@@ -219,27 +231,14 @@ def plan_course(
     InfeasibleSegment when no durations are found whose margins all stay >= 0.
     """
     limits = Limits.of(vehicle) if limits is None else limits
-    points = _Node.merged(waypoints)
-    for point in points:
-        if limits.floor is not None and point.waypoint.position[2] < limits.floor:
-            raise InfeasibleSegment(
-                f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of "
-                f"{limits.floor:g} m; raise it",
-                point.waypoint.item,
-            )
-        speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
-        if limits.speed_max is not None and speed > limits.speed_max:
-            raise InfeasibleSegment(
-                f"{point.name}: speed of {speed:.2f} m/s is above the limit of {limits.speed_max:g} m/s; lower it",
-                point.waypoint.item,
-            )
+    points = checked_nodes(waypoints, limits)
     trajectory: PiecewisePolynomial | None = None
     arrivals, fastest = [0.0], []
     first = 0
     for last in range(1, len(points)):
         if not points[last].at_rest:
             continue
-        stretch = _stretch(points[first : last + 1])
+        stretch = stretch_of(points[first : last + 1])
         durations = _durations(stretch, points[first : last + 1], vehicle, limits, progress)
         flown = stretch.trajectory(durations)
         start = 0.0 if trajectory is None else float(trajectory.times[-1])
@@ -266,12 +265,31 @@ def plan_course(
         rotor_max=found.rotor_max,
         certified=found.checked,
         violation_N=found.violation,
-        warnings=tuple(_radical(trajectory, points)),
+        warnings=tuple(radical(trajectory, points)),
     )
 
 
+def checked_nodes(waypoints: Sequence[Waypoint], limits: Limits) -> list[CourseNode]:
+    """The places of a course. Raises MissionError and InfeasibleSegment for what no trajectory can meet."""
+    points = CourseNode.merged(waypoints)
+    for point in points:
+        if limits.floor is not None and point.waypoint.position[2] < limits.floor:
+            raise InfeasibleSegment(
+                f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of "
+                f"{limits.floor:g} m; raise it",
+                point.waypoint.item,
+            )
+        speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
+        if limits.speed_max is not None and speed > limits.speed_max:
+            raise InfeasibleSegment(
+                f"{point.name}: speed of {speed:.2f} m/s is above the limit of {limits.speed_max:g} m/s; lower it",
+                point.waypoint.item,
+            )
+    return points
+
+
 @dataclass(frozen=True)
-class _Node:
+class CourseNode:
     """One place of the course: what the waypoints there ask for together."""
 
     waypoint: Waypoint
@@ -292,8 +310,8 @@ class _Node:
         return any(np.any(d) for d in (point.velocity, point.acceleration, point.jerk, point.snap) if d is not None)
 
     @classmethod
-    def merged(cls, waypoints: Sequence[Waypoint]) -> list[_Node]:
-        nodes: list[_Node] = []
+    def merged(cls, waypoints: Sequence[Waypoint]) -> list[CourseNode]:
+        nodes: list[CourseNode] = []
         for place, point in enumerate(waypoints):
             new = cls(point, point.yaw, point.hold_s, point.hold_s > 0.0, (place,))
             before = nodes[-1] if nodes else None
@@ -333,7 +351,7 @@ class _Node:
         return nodes
 
 
-def _stretch(points: Sequence[_Node]) -> Stretch:
+def stretch_of(points: Sequence[CourseNode]) -> Stretch:
     nodes = []
     for point in points:
         w = point.waypoint
@@ -350,7 +368,7 @@ def _stretch(points: Sequence[_Node]) -> Stretch:
 
 
 def _durations(
-    stretch: Stretch, points: Sequence[_Node], vehicle: Vehicle, limits: Limits, progress: Progress | None
+    stretch: Stretch, points: Sequence[CourseNode], vehicle: Vehicle, limits: Limits, progress: Progress | None
 ) -> Array:
     """Shortest durations; with variable pitch never longer than what rotors that only push up would need."""
 
@@ -373,7 +391,7 @@ def _durations(
         raise InfeasibleSegment(f"from {ends[0].name} to {ends[1].name}: {error}", ends[1].waypoint.item) from None
 
 
-def _radical(trajectory: PiecewisePolynomial, points: Sequence[_Node]) -> list[str]:
+def radical(trajectory: PiecewisePolynomial, points: Sequence[CourseNode]) -> list[str]:
     """Free polynomials may swing far out between their nodes."""
     nodes = np.array([point.waypoint.position for point in points])
     middle, span = (nodes.min(axis=0) + nodes.max(axis=0)) / 2.0, float(np.linalg.norm(np.ptp(nodes, axis=0)))

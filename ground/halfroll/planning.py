@@ -1,7 +1,7 @@
 """Planning beside flying: from stored items to a certified plan, in a process of its own.
 
-Why: a plan takes seconds of a whole core, while references must go out every 10 ms. The worker is spawned once, ignores
-Ctrl-C (its parent decides) and ends with its parent, however that ends.
+Why: a plan takes seconds of a whole core, while references must go out every 10 ms. The worker never hears Ctrl-C
+(its parent decides), is ended by a newer request, and ends with its parent, however that ends.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Literal, Protocol
 
-from halfroll.course import Course, flown_waypoints
+from halfroll.course import Course, flown_waypoints, require_an_end
 from halfroll.course import course as course_of
-from halfroll.errors import HalfrollError, LinkError, MissionError
+from halfroll.errors import HalfrollError, LinkError, MissionError, PlanError
 from halfroll.geodesy import GeoPoint, Vector
 from halfroll.mission import Mission, MissionItem, Waypoint
 from halfroll.mission_check import Severity, check_items
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str], None]
 Limits = Literal["mission", "rotors"]
+Mode = Literal["paper", "fast", "best"]
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ class PlanRequest:
     waypoints: tuple[Waypoint, ...] | None = None
     from_item: int | None = None
     start: Vector | None = None
+    mode: Mode = "paper"
 
 
 @dataclass(frozen=True)
@@ -87,17 +89,28 @@ class Planner(Protocol):
 
 def plan_mission(request: PlanRequest, progress: Progress = lambda _: None) -> Outcome:
     """Check the items, walk them, plan what has to be planned. Raises MissionError or PlanError naming the item."""
-    from halfroll import plan as planner
-
     for finding in check_items(request.items, request.home):
         if finding.severity is not Severity.NOTE:
             raise MissionError(f"mission item {finding.index}: {finding.why}", finding.index)
     course = _course(request)
     if len(course.waypoints) < 2:
         return NothingToPlan(course)
-    limits = planner.Limits.of(request.vehicle, request.limits, request.margin)
-    plan = planner.plan_course(course.waypoints, request.vehicle, limits, progress)
+    require_an_end(course.waypoints, request.vehicle.speed_max_m_s if request.limits == "mission" else None)
+    plan = _planned(course.waypoints, request, progress)
     return Planned(course, plan, path_of(plan))
+
+
+def _planned(waypoints: tuple[Waypoint, ...], request: PlanRequest, progress: Progress) -> Plan:
+    asked = request.vehicle, request.limits, request.margin
+    if request.mode == "paper":
+        from halfroll import plan as planner
+
+        return planner.plan_course(waypoints, request.vehicle, planner.Limits.of(*asked), progress)
+    from halfroll import near_optimal
+
+    return near_optimal.plan_near_optimal(
+        waypoints, request.vehicle, near_optimal.limits_of(*asked), request.mode, progress
+    )
 
 
 def _course(request: PlanRequest) -> Course:
@@ -111,48 +124,57 @@ class PlanningProcess:
     """A Planner in one worker process. Close it, or use it as a context."""
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._context, self._said = context, context.SimpleQueue()
-        self._pool = self._start()
-        self._future: Future[Outcome] | None = None
-        self._pool.submit(_warm_up)
+        self._context = multiprocessing.get_context("spawn")
+        self._busy, self._latest = False, ""
+        self._outcome: Outcome | HalfrollError | None = None
+        self._start()
 
-    def _start(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(1, self._context, initializer=_start_worker, initargs=(self._said,))
+    def _start(self) -> None:
+        self._connection, theirs = self._context.Pipe()
+        self._worker = self._context.Process(target=_work, args=(theirs,), daemon=True)
+        with _deaf_to_ctrl_c():
+            self._worker.start()
+        theirs.close()
+
+    def _end(self) -> None:
+        self._worker.kill()  # it holds nothing that needs an orderly end
+        self._worker.join()
+        self._connection.close()
 
     def submit(self, request: PlanRequest) -> None:
-        try:
-            self._future = self._pool.submit(_plan_in_worker, request)
-        except BrokenProcessPool:  # the worker was ended while it had nothing to do
-            self._pool = self._start()
-            self._future = self._pool.submit(_plan_in_worker, request)
+        """A request that is still being planned is dropped: only the newest one counts."""
+        if self._busy or not self._worker.is_alive():
+            self._end()
+            self._start()
+        self._busy, self._latest, self._outcome = True, "", None
+        with contextlib.suppress(ConnectionError):  # it was ended just now; poll says so
+            self._connection.send(request)
 
     def poll(self) -> Outcome | HalfrollError | None:
-        if self._future is None or not self._future.done():
-            return None
-        future, self._future = self._future, None
-        try:
-            return future.result()
-        except HalfrollError as error:
-            return error
-        except BrokenProcessPool:
-            return LinkError("the planner's process was ended from outside; is the machine out of memory?")
+        self._read()
+        outcome, self._outcome = self._outcome, None
+        return outcome
 
     def progress(self) -> str | None:
-        latest = None
-        while not self._said.empty():
-            latest = self._said.get()
-        return latest
+        self._read()
+        latest, self._latest = self._latest, ""
+        return latest or None
+
+    def _read(self) -> None:
+        try:
+            while self._busy and self._connection.poll():
+                said = self._connection.recv()
+                if isinstance(said, str):
+                    self._latest = said
+                else:
+                    self._busy, self._outcome = False, said
+        except (EOFError, ConnectionError):
+            self._busy = False
+            self._outcome = LinkError("the planner's process was ended from outside; is the machine out of memory?")
 
     def close(self) -> None:
         """Ends the worker now, whatever it is doing."""
-        workers = list((self._pool._processes or {}).values())
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        for worker in workers:
-            worker.terminate()
-        for worker in workers:
-            worker.join()
-        self._said.close()
+        self._end()
 
     def __enter__(self) -> PlanningProcess:
         return self
@@ -161,14 +183,38 @@ class PlanningProcess:
         self.close()
 
 
-_report: Any = None  # the worker's end of the queue
+@contextlib.contextmanager
+def _deaf_to_ctrl_c() -> Iterator[None]:
+    """What is started meanwhile never hears Ctrl-C, not even while Python itself starts; here it comes afterwards."""
+    resource_tracker.ensure_running()  # else it is started on the way and lets Ctrl-C in again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _start_worker(said: Any) -> None:
-    global _report
-    _report = said
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _work(connection: Connection) -> None:
+    """The worker: a request comes, what is said on the way and the outcome go back."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    with contextlib.suppress(ImportError):  # now, what the first plan needs
+        import halfroll.plan  # noqa: F401
+    with contextlib.suppress(EOFError, ConnectionError):
+        while True:
+            request = connection.recv()
+            connection.send(outcome_of(request, connection.send))
+
+
+def outcome_of(request: PlanRequest, progress: Progress = lambda _: None) -> Outcome | HalfrollError:
+    """plan_mission's, with whatever it raises as an error for people."""
+    try:
+        return plan_mission(request, progress)
+    except HalfrollError as error:
+        return error
+    except MemoryError:
+        return PlanError("the plan does not fit into memory; split the mission, or shorten its holds and legs")
+    except Exception as error:
+        return PlanError(f"the planner failed ({type(error).__name__}: {error}); simplify the mission, and report this")
 
 
 def _end_with_parent() -> None:
@@ -176,13 +222,3 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
     os._exit(1)
-
-
-def _warm_up() -> None:
-    """Imports now what the first plan needs."""
-    with contextlib.suppress(ImportError):
-        import halfroll.plan  # noqa: F401
-
-
-def _plan_in_worker(request: PlanRequest) -> Outcome:
-    return plan_mission(request, _report.put)

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from halfroll.course import Course, course, with_takeoff_and_landing
+from halfroll.course import Course, course, endless, home_of, require_an_end, with_takeoff_and_landing
 from halfroll.errors import HalfrollError, InputError, MissionError
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.geodesy import DEFAULT_ORIGIN
 from halfroll.mission import Mission
 from halfroll.mission_check import Finding, check_items
 from halfroll.mission_files import load_mission
-from halfroll.vehicle import Vehicle, load_vehicle
+from halfroll.vehicle import Vehicle, built_vehicle
 
 if TYPE_CHECKING:
     from halfroll.plan import Plan
 
-MODES = ("paper",)
+MODES = ("paper", "fast", "best")
 Overrides = Mapping[str, str | float]
 Progress = Callable[[str], None]
 
@@ -39,6 +39,7 @@ class Preflight:
     course: Course | None
     plan: Plan | None
     no_plan: HalfrollError | None
+    never_ends: MissionError | None = None
 
     @property
     def refusals(self) -> tuple[Finding, ...]:
@@ -59,7 +60,7 @@ class Preflight:
         if self.refusals:
             first, more = self.refusals[0], len(self.refusals) - 1
             return MissionError(f"{first}{f' (and {more} more)' if more else ''}", first.index)
-        return self.no_plan
+        return self.never_ends or self.no_plan
 
 
 def plan(
@@ -74,16 +75,17 @@ def plan(
 ) -> Plan:
     """The shortest certified flight found through a mission, from its first to its last point.
 
-    limits: "mission" (all) or "rotors" (rotor thrust alone); margin: share of the rotors' thrust that is kept free,
-    None for the limits' own; overrides: numbers of the vehicle by dotted key. Raises InputError and PlanError.
+    mode: "paper" (one polynomial a leg), "fast" or "best" (near the optimum, proven). limits: "mission" (all) or
+    "rotors" (rotor thrust alone); margin: share of the rotors' thrust that is kept free, None for the limits' own;
+    overrides: numbers of the vehicle by dotted key. Raises InputError and PlanError.
     """
     if mode not in MODES:
         raise InputError(f"mode {mode!r} is not known; give one of {', '.join(MODES)}")
-    mission, vehicle = _mission(mission), _vehicle(vehicle, overrides)
+    mission, vehicle = _mission(mission), built_vehicle(vehicle, overrides)
     flown = course(mission, mission.planned_home or DEFAULT_ORIGIN)
     if len(flown.waypoints) < 2:
         raise MissionError("nothing to plan: it ends before it has two different positions; add a waypoint")
-    return _plan(flown, vehicle, limits, margin, progress)
+    return _plan(flown, vehicle, limits, margin, progress, mode)
 
 
 def check(
@@ -99,7 +101,7 @@ def check(
 
     Raises InputError only for what cannot be read at all.
     """
-    mission, vehicle = _mission(mission), _vehicle(vehicle, overrides)
+    mission, vehicle = _mission(mission), built_vehicle(vehicle, overrides)
     complete, added = with_takeoff_and_landing(mission)
     origin = home_of(mission)
     findings = tuple(check_items(complete.items, origin))
@@ -111,35 +113,28 @@ def check(
                 planned = _plan(flown, vehicle, limits, margin, progress)
         except HalfrollError as error:
             no_plan = error
-    return Preflight(complete, vehicle, tuple(added), findings, flown, planned, no_plan)
-
-
-def home_of(mission: Mission) -> GeoPoint:
-    """Where the simulated vehicle stands: where QGroundControl planned it to, else at the simulator's own place.
-
-    The home of a .waypoints file is where that list was made, often on another continent, and no wish.
-    """
-    planned = mission.source is not None and mission.source.suffix == ".plan"
-    return mission.planned_home if planned and mission.planned_home else DEFAULT_ORIGIN
+    never_ends = None if any(finding.is_error for finding in findings) else endless(complete.items)
+    return Preflight(complete, vehicle, tuple(added), findings, flown, planned, no_plan, never_ends)
 
 
 def _mission(mission: Mission | str | Path) -> Mission:
     return mission if isinstance(mission, Mission) else load_mission(mission)
 
 
-def _vehicle(vehicle: Vehicle | str | Path, overrides: Overrides | None) -> Vehicle:
-    if isinstance(vehicle, Vehicle):
-        if overrides:
-            raise InputError(
-                "overrides change a vehicle named or read from a file; a Vehicle that is built stays as it is"
-            )
-        return vehicle
-    return load_vehicle(vehicle, overrides)
-
-
 def _plan(
-    flown: Course, vehicle: Vehicle, limits: Literal["mission", "rotors"], margin: float | None, progress: Progress
+    flown: Course,
+    vehicle: Vehicle,
+    limits: Literal["mission", "rotors"],
+    margin: float | None,
+    progress: Progress,
+    mode: str = "paper",
 ) -> Plan:
-    from halfroll.plan import Limits, plan_course
+    require_an_end(flown.waypoints, vehicle.speed_max_m_s if limits == "mission" else None)
+    if mode == "paper":
+        from halfroll.plan import Limits, plan_course
 
-    return plan_course(flown.waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)
+        return plan_course(flown.waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)
+    from halfroll.near_optimal import limits_of, plan_near_optimal
+
+    near = limits_of(vehicle, limits, margin)
+    return plan_near_optimal(flown.waypoints, vehicle, near, "best" if mode == "best" else "fast", progress)

@@ -17,8 +17,8 @@ class Event:
     """Something a person watching would like to know.
 
     kind: connected, mission, planning, plan-progress, planned, plan-failed, late, upload, uploaded, armed, approach,
-    flying, progress, item, handed-back, released, text (STATUSTEXT of the autopilot), landed, time. t_s: vehicle time;
-    fraction: of the planned part; item: its sequence number.
+    flying, progress, item, left, handed-back, released, text (STATUSTEXT of the autopilot), landed, time.
+    t_s: vehicle time; fraction: of the planned part; item: its sequence number.
     """
 
     kind: str

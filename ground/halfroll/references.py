@@ -1,7 +1,7 @@
 """References: path and measured state become one setpoint a tick (100 Hz), by the outer loop that is on board too.
 
 Why: three fields of SET_ATTITUDE_TARGET are taken from three moments of the path, each lead removing one lag between
-here and the rotors. This is the only place that knows the leads (reference SPLIT, section 1).
+here and the rotors. This is the only place that knows the leads.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ PARAMETERS = (
     "ACT_LEAD", "ATT_WN", "ATT_ZETA", "FADE_FORCE", "HOLD_FORCE", "LAG_COMP", "POS_KD_XY", "POS_KD_Z", "POS_KI_XY",
     "POS_KI_Z", "POS_KP_XY", "POS_KP_Z", "SIGN_RULE", "VEH_DRAG", "VEH_T_REF",
 )  # fmt: skip
+# What tells one vehicle from another; each with the value that turns it off, as the paper has it, on any vehicle.
+_TELLS_VEHICLES = {"VEH_T_REF": None, "ACT_LEAD": 0.0, "ATT_WN": None, "LAG_COMP": 1.0, "VEH_DRAG": 0.0}
 _APPROACH_ACCELERATION, _APPROACH_SPEED, _APPROACH_SHORTEST_S = 2.0, 3.0, 0.5  # m/s², m/s
 _PEAK_SPEED, _PEAK_ACCELERATION = 2.47, 9.5  # of a 9th-order rest-to-rest move, in distance/T and distance/T²
 
@@ -61,7 +63,10 @@ class Leads:
 
     @classmethod
     def of(cls, params: Mapping[str, float], link_delay: float) -> Leads:
-        """params: the autopilot's; link_delay: what the wire is believed to take [s], 0 in lockstep.   SPLIT 1"""
+        """params: the autopilot's; link_delay: what the wire is believed to take [s], 0 in lockstep.
+
+        The rate leads by the attitude loop's own lag J/Kd, the thrust by the rotors'.
+        """
         mid_age = link_delay + TICK_S / 2.0
         rate_gain = 2.0 * params["ATT_ZETA"] * params["ATT_WN"]  # zw = Kd / J
         return cls(mid_age, 1.0 / rate_gain + mid_age, params["ACT_LEAD"] + mid_age)
@@ -138,6 +143,20 @@ def heading(q_WB: Array) -> float:
     """Yaw of the body's nose [rad], counter-clockwise from north."""
     w, x, y, z = q_WB
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def other_vehicle(vehicle: Vehicle, params: Mapping[str, float]) -> str | None:
+    """What in the autopilot's params, at least PARAMETERS, is not as `vehicle` has it; None where nothing is."""
+    defaults = _firmware.Params()
+    for name, off in _TELLS_VEHICLES.items():
+        expected, found = vehicle.params.get(name, float(defaults[name])), params[name]
+        if name == "VEH_T_REF":
+            expected = 4.0 * vehicle.rotor.thrust_max_N
+        elif name == "VEH_DRAG":
+            expected = vehicle.params.get(name, vehicle.drag_N_s_m)
+        if found != off and not math.isclose(found, expected, rel_tol=1e-3, abs_tol=1e-6):
+            return f"{name} is {found:.4g}, {vehicle.name} has {expected:.4g}"
+    return None
 
 
 class References:

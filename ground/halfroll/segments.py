@@ -115,7 +115,7 @@ def rest(position: ArrayLike) -> Array:
 
 
 def solve(nodes: ArrayLike, durations: ArrayLike) -> PiecewisePolynomial:
-    """The trajectory through the nodes in these times; O(n).   Eqs 23-24, reference PAPER 7.1
+    """The trajectory through the nodes in these times; O(n).   Eqs 23-24
 
     nodes (n, 5, 4): derivatives 0..4 of each axis, NaN where free; durations (n-1,) [s], > 0. All 5 derivatives must be
     given at both ends. A node at rest in the middle (all 20 given) simply has C4 continuity there; for a hold put a

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -23,7 +23,7 @@ from halfroll import conversations, references
 from halfroll import link as wire
 from halfroll.barrier import Barrier
 from halfroll.conversations import Conversation, Talk
-from halfroll.errors import HalfrollError
+from halfroll.errors import HalfrollError, VehicleError
 from halfroll.following import START_SPEED, Following
 from halfroll.link import Link, Message, MissionCurrent, Telemetry
 from halfroll.mission import Mission, MissionItem
@@ -36,6 +36,7 @@ from halfroll.vehicle import Vehicle
 HEARTBEAT_S = 1.0
 HOME_MOVED = 0.05  # [m] beyond this the plan is made again
 PAUSED_MOVED = 0.5  # [m] beyond this the rest of a paused mission is planned again
+LATE_MOVED = 1.0  # [m] beyond this a mission that went on is not taken back to where its rest was planned from
 RESTARTED_US = 1_000_000  # time that goes back by more began anew
 LINK_DELAY_S = 0.002  # assumed of the wire in real time; none in lockstep
 _GLOBAL_ORIGIN, _HOME_POSITION = 49, 242  # message ids
@@ -104,6 +105,8 @@ class Station:
         self._planned_home = np.zeros(3)
         self._take_over_due, self._flown = False, False
         self._missed = False  # items are reached without a plan being flown
+        self._late: PlanRequest | None = None  # said to be late
+        self._other_vehicle: str | None = None  # why this is not the one that is planned for
 
     @property
     def lockstep(self) -> bool:
@@ -133,6 +136,8 @@ class Station:
             self._hear_reached(message.seq)
         elif isinstance(message, wire.Home):
             self._hear_home(message)
+        elif isinstance(message, wire.ParamValue):
+            self._hear_param(message)
         elif isinstance(message, wire.Origin):
             self._origin = message
 
@@ -170,9 +175,12 @@ class Station:
 
     def _hear_mission(self, current: MissionCurrent) -> None:
         before, self._current = self._current, current
+        if self.following:
+            self.following.hear_current(current.seq)
         if before is None or current.mission_id != before.mission_id:
             self._stop("the mission was changed")
             self.state, self.outcome, self._facts, self._request = State.IDLE, None, None, None
+            self._other_vehicle = None
             if current.mission_id:
                 self._tell("mission", f"{current.total} items are stored")
                 self._converse(self._ask_facts(current.mission_id), self._hear_facts)
@@ -189,16 +197,42 @@ class Station:
     def _hear_facts(self, facts: Facts) -> None:
         if self._current and facts.mission_id == self._current.mission_id:
             self._facts = facts
+            self._identify()
+
+    def _hear_param(self, changed: wire.ParamValue) -> None:
+        facts = self._facts
+        if facts and facts.params.get(changed.name, changed.value) != changed.value:
+            self._facts = replace(facts, params={**facts.params, changed.name: changed.value})
+            self._identify()
+            if changed.name == _TAKEOFF_ALTITUDE:
+                self._plan_again()
+
+    def _identify(self) -> None:
+        """References for another vehicle would crash this one: it is neither planned for nor taken over."""
+        why = references.other_vehicle(self._vehicle, self._facts.params) if self._facts else None
+        if why == self._other_vehicle or self.state is State.FLYING:
+            return
+        self._other_vehicle, self._take_over_due = why, False
+        self.state, self._request, self.outcome = State.IDLE, None, None
+        if why:
+            advice = "start the ground station with the --vehicle or --set of the autopilot"
+            self.outcome = VehicleError(f"the autopilot flies another vehicle: {why}; {advice}")
+            self._say(f"no plan, {why}", severity=wire.WARNING)
+            self._tell("plan-failed", str(self.outcome))
 
     def _hear_home(self, home: wire.Home) -> None:
         self._home = home
-        replaceable = self._request is not None and not self._is_rest and self.state in (State.IDLE, State.READY)
-        if replaceable and np.linalg.norm(home.p_WB - self._planned_home) > HOME_MOVED:
+        if self._request is not None and np.linalg.norm(home.p_WB - self._planned_home) > HOME_MOVED:
+            self._plan_again()
+
+    def _plan_again(self) -> None:
+        """What a plan of the whole mission was made from has changed."""
+        if self._request is not None and not self._is_rest and self.state is not State.FLYING:
             self.state, self.outcome, self._request = State.IDLE, None, None
 
     def _plan(self, here: Telemetry, rest_from: int | None = None) -> None:
         """Asks for a plan if all it needs is known. rest_from: of what is left from that item on, from here."""
-        if not (self._facts and self._home and self._origin):
+        if self._other_vehicle or not (self._facts and self._home and self._origin):
             return
         self._planned_home = self._home.p_WB
         self._request = PlanRequest(
@@ -236,7 +270,7 @@ class Station:
             self._say(f"plan ready, {outcome.plan.T:.2f} s", "planned")
             self._take_over_due = self._is_rest and self._mode == wire.MISSION
             if self._armed and not self._take_over_due and self._missed:
-                self._say("plan is late: pause and continue", "late", wire.NOTICE)
+                self._say_late()
 
     # Who flies.
 
@@ -252,6 +286,7 @@ class Station:
             self._settle_following()
         if not armed:
             self._flown = self._take_over_due = self._missed = False
+            self._late = None
             if self._is_rest:  # the next flight begins at the beginning
                 self.state, self.outcome, self._request = State.IDLE, None, None
         elif (before, mode) == (wire.HOLD, wire.MISSION) and self._is_rest:
@@ -279,21 +314,44 @@ class Station:
     def _replan_if_paused(self, here: Telemetry) -> None:
         """In HOLD and at rest with a mission half flown: plan what is left from here."""
         paused = self._mode == wire.HOLD and self._armed and self._current and self._current.state == wire.PAUSED
-        if not (paused and self.state in (State.IDLE, State.READY) and np.linalg.norm(here.v_WB) < START_SPEED):
+        if not (paused and self.state is not State.FLYING and np.linalg.norm(here.v_WB) < START_SPEED):
             return
-        start = self._request.start if self._request else None
-        if self._current and (start is None or np.linalg.norm(here.p_WB - start) > PAUSED_MOVED):
+        if self._current and not self._is_rest_from(here, PAUSED_MOVED):
             self._plan(here, rest_from=self._current.seq)
 
+    def _is_rest_from(self, here: Telemetry, distance: float) -> bool:
+        """The plan, made or being made, goes on from no farther than `distance` [m], with the current item."""
+        start = self._request.start if self._request else None
+        if start is None or not self._request or not self._current or self._request.from_item != self._current.seq:
+            return False
+        return bool(np.linalg.norm(here.p_WB - start) <= distance)
+
+    def _say_late(self) -> None:
+        if self._mode == wire.MISSION and self._late is not self._request:
+            self._late = self._request
+            self._say("plan is late: pause and continue", "late", wire.NOTICE)
+
     def _take_over(self, here: Telemetry) -> None:
-        if not (self.planned and self._facts):
+        if not (self.planned and self._facts and self._current):
+            return
+        if self._is_rest and not self._is_rest_from(here, LATE_MOVED):  # it went on by itself meanwhile
+            self._take_over_due = False
+            self._say_late()
             return
         delay = 0.0 if self.lockstep else LINK_DELAY_S
         loop = self._make_references(self._vehicle, self._facts.params, delay)
         self.state, self._take_over_due, self._flown = State.FLYING, False, True
         thrust_reference = self._facts.params["VEH_T_REF"]
         self.following = Following(
-            self._link, self.planned, loop, thrust_reference, here, self._converse, self._report, self._clock
+            self._link,
+            self.planned,
+            loop,
+            thrust_reference,
+            here,
+            self._current.seq,
+            self._converse,
+            self._report,
+            self._clock,
         )
 
     def _settle_following(self) -> None:

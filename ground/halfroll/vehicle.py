@@ -136,6 +136,17 @@ def load_vehicle(name_or_path: str | Path, overrides: Mapping[str, str | float] 
         raise VehicleError(f"vehicle {table.get('name', name_or_path)}: {_sentence(error)}") from None
 
 
+def built_vehicle(vehicle: Vehicle | str | Path, overrides: Mapping[str, str | float] | None = None) -> Vehicle:
+    """`vehicle` itself, or as load_vehicle reads it. Raises VehicleError, also for overrides of one that is built."""
+    if not isinstance(vehicle, Vehicle):
+        return load_vehicle(vehicle, overrides)
+    if overrides:
+        raise VehicleError(
+            "overrides change a vehicle named or read from a file; a Vehicle that is built stays as it is"
+        )
+    return vehicle
+
+
 def _read(name_or_path: str | Path) -> dict[str, Any]:
     file = Path(name_or_path)
     if file.suffix != ".toml":

@@ -49,6 +49,8 @@ class Circle:
     T: float = 4.0
     times_s: tuple[float, ...] = (0.0, 1.0, 2.0, 3.0, 4.0)
     certified: bool = True
+    rotor_min: tuple[float, ...] = (0.3,) * 4
+    rotor_max: tuple[float, ...] = (2.5,) * 4
     saved: list[Path] = field(default_factory=list)
 
     @property

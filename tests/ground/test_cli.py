@@ -155,7 +155,7 @@ def test_a_number_of_the_vehicle_can_be_set(mission):
     [
         (["plan", "none.plan"], "none.plan"),
         (["plan", "MISSION", "--vehicle", "mit-xy"], "no vehicle is called mit-xy"),
-        (["plan", "MISSION", "--mode", "magic"], "mode 'magic' is not known; give one of paper"),
+        (["plan", "MISSION", "--mode", "magic"], "mode 'magic' is not known; give one of paper, fast, best"),
         (["plan", "MISSION", "--limits", "none"], "limits 'none' are not known; give mission or rotors"),
         (["plan", "MISSION", "--margin", "1.5"], "margin 1.5 is no share"),
         (["plan", "MISSION", "-o", "plan.xls"], "end the name in one of them"),
@@ -163,7 +163,8 @@ def test_a_number_of_the_vehicle_can_be_set(mission):
         (["plan", "MISSION", "--set", "rotor.thrust_max_N"], "KEY=NUMBER is wanted"),
         (["plan", "MISSION", "--set", "mass_kg=30"], "it cannot hover"),
         (["fly", "MISSION", "--scenario", "storm"], "scenario 'storm' is not known"),
-        (["fly", "MISSION", "--out", "field.waypoints"], "cannot be written"),
+        (["fly", "MISSION", "--out", "field.waypoints"], "choose another with --out DIR"),
+        (["fly", "MISSION", "--log", "field.waypoints/f.ulg"], "choose another with --log F.ulg"),
         (["fly", "MISSION", "--vehicle", "none.toml"], "none.toml"),
     ],
 )

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from halfroll.course import Course, course, flown_waypoints, with_takeoff_and_landing
-from halfroll.errors import MissionError
+from halfroll.course import Course, course, endless, flown_waypoints, require_an_end, with_takeoff_and_landing
+from halfroll.errors import MissionError, PlanError
 from halfroll.frames import degrees_to_wire
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local
 from halfroll.mission import NOT_GIVEN, Mission, MissionItem, Waypoint
@@ -222,3 +222,29 @@ def test_waypoints_of_the_file_keep_naming_their_items() -> None:
 def test_no_landing_is_added_where_the_mission_loiters_without_end() -> None:
     mission, added = with_takeoff_and_landing(Mission("m", (TAKEOFF, at(5, 5, 5, 17))))
     assert (len(mission.items), added) == (2, [])
+
+
+@pytest.mark.parametrize(
+    ("items", "at_item"),
+    [
+        ((TAKEOFF, A, B, do(177, 1, -1), LAND), 3),
+        ((TAKEOFF, do(93, 4000), A, LAND), 1),
+        ((TAKEOFF, A, B, do(177, 1, 65535), LAND), 3),
+    ],
+)
+def test_a_mission_that_never_ends_is_told_by_the_item_that_it_stays_at(items, at_item):
+    error = endless(items)
+    assert error is not None
+    assert error.item == at_item
+    assert f"never ends: item {at_item}" in str(error)
+
+
+def test_jumps_that_are_done_some_day_end():
+    assert endless((TAKEOFF, A, B, do(177, 1, 3), LAND)) is None
+
+
+def test_a_flight_of_more_than_two_hours_is_refused():
+    legs = tuple(Waypoint((1000.0 * (i % 2), 0.0, 5.0), speed_max=1.0, item=i) for i in range(10))
+    with pytest.raises(PlanError, match=r"item 8: the flight up to here takes 2\.2 h") as caught:
+        require_an_end(legs, 12.0)
+    assert caught.value.item == 8

@@ -175,3 +175,8 @@ def test_a_height_above_sea_level_is_judged_above_home_at_the_start() -> None:
     (above,) = only(item(16, frame=0, z=1000))
     assert "512 m above home" in above.why
     assert only(item(16, frame=0, z=100), DEFAULT_ORIGIN._replace(alt=90.0)) == []
+
+
+def test_a_longitude_that_is_not_given_is_called_so():
+    (finding,) = only(item(16, y=NOT_GIVEN))
+    assert finding.why == "its longitude is not given; set its position"

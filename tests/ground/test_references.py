@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from halfroll import references
+from halfroll import _firmware, references
 from halfroll.mission import Waypoint
 from halfroll.plan import Limits, plan_course
-from halfroll.references import Leads, Path, References, approach, heading
+from halfroll.references import PARAMETERS, Leads, Path, References, approach, heading, other_vehicle
 from halfroll.vehicle import load_vehicle
 
 VP = {"ATT_WN": 16.0, "ATT_ZETA": 0.9, "ACT_LEAD": 0.021}
@@ -140,3 +140,12 @@ def test_the_outer_loop_flies_with_the_vehicle_and_the_gains_of_the_autopilot():
     bound = references.firmware_vehicle(load_vehicle("mit-fp"))
     assert bound.inertia == pytest.approx([0.00365, 0.00365, 0.0068])
     assert (bound.thrust_min, bound.rotor_lag) == pytest.approx((0.15, 0.12))
+
+
+def test_a_vehicle_is_told_from_another_by_the_parameters_of_its_autopilot():
+    ours, other = load_vehicle("mit-vp"), load_vehicle("mit-fp")
+    params = {name: float(_firmware.Params()[name]) for name in PARAMETERS} | {"VEH_T_REF": 12.0}
+    assert other_vehicle(ours, params | ours.params) is None
+    assert other_vehicle(ours, params | {"ACT_LEAD": 0.0, "VEH_DRAG": 0.05}) is None  # the paper's, in real air
+    assert other_vehicle(ours, params | other.params) == "ACT_LEAD is 0.04, mit-vp has 0.021"
+    assert other_vehicle(ours, params | {"VEH_T_REF": 32.0}) == "VEH_T_REF is 32, mit-vp has 12"

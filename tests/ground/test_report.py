@@ -55,6 +55,23 @@ def test_rotor_extremes_are_those_of_the_commands_in_the_planned_part(judged):
     assert figures.rotor_min_N == pytest.approx([0.3] * 4, abs=1e-5)
 
 
+def test_saturation_is_the_share_of_time_in_which_a_rotor_is_at_a_limit(judged):
+    figures = judged(thrust_peak=3.2)  # each of four beyond 3 N for acos(1.6 / 1.8) / pi of the turn
+    assert figures.rotor_saturated == pytest.approx(4 * np.arccos(1.6 / 1.8) / np.pi, abs=0.005)
+    assert figures.as_json()["rotor_saturated"] == figures.rotor_saturated
+    assert judged(thrust_peak=2.5).rotor_saturated == 0.0
+
+
+def test_a_plan_without_margin_may_be_at_the_limit_for_longer(judged, circle):
+    assert "allowed 5 %" in failures(judged(thrust_peak=3.02))
+    circle.rotor_max = (3.0,) * 4
+    assert failures(judged(thrust_peak=3.02)) == ""
+
+
+def failures(figures):
+    return "; ".join(f"{check.what}, allowed {check.allowed}" for check in figures.checks if not check.holds)
+
+
 def test_times_are_by_the_vehicles_clock(judged):
     figures = judged(hand_back_s=7.03, disarm_s=9.5)
     assert figures.T_planned_s == 4.0
@@ -70,7 +87,7 @@ def test_a_good_flight_is_within_limits(judged):
     ("flight", "broken"),
     [
         ({"offset": (0.0, 0.6, 0.0)}, {"distance from the plan", "distance from waypoints when due"}),
-        ({"thrust_peak": 3.2}, {"rotor thrust"}),
+        ({"thrust_peak": 3.2}, {"rotor at its limit"}),
         ({"hand_back_s": 5.0}, {"plan flown to its end"}),
         ({"disarm_s": 99.0}, {"landed and disarmed"}),
     ],

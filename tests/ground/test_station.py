@@ -346,6 +346,104 @@ def test_a_paused_mission_is_planned_from_where_it_hovers_and_goes_on_with_it():
     assert scene.world.mode == OFFBOARD
 
 
+def texts_of(scene):
+    return [frame.text for _, frame in scene.world.heard if frame.get_type() == "STATUSTEXT"]
+
+
+def flying_scene(lockstep=True):
+    scene = Scene(lockstep)
+    scene.start()
+    scene.fly(until=lambda: scene.station.following is not None and scene.station.following.stage is Stage.FLYING)
+    return scene
+
+
+def pause(scene):
+    scene.world.velocity = np.zeros(3)
+    scene.world.mission_state = 4
+    scene.world.set_mode(HOLD)
+    scene.world.tell_mission()
+
+
+def go_on(scene):
+    scene.world.mission_state = 3
+    scene.world.set_mode(MISSION)
+    scene.world.tell_mission()
+
+
+def test_an_item_chosen_while_paused_is_planned_for_and_flown_to():
+    scene = flying_scene()
+    pause(scene)
+    scene.fly(until=lambda: len(scene.planner.requests) == 2 and scene.station.state is State.READY)
+    scene.world.seq = 3
+    scene.world.tell_mission()
+    scene.fly(until=lambda: len(scene.planner.requests) == 3 and scene.station.state is State.READY)
+    assert scene.planner.requests[2].from_item == 3
+    go_on(scene)
+    scene.fly(0.1)
+    assert scene.world.mode == OFFBOARD
+
+
+@pytest.mark.parametrize("chosen", [0, 3])
+def test_an_item_chosen_while_the_plan_is_flown_is_left_to_the_autopilot(chosen):
+    scene = flying_scene()
+    scene.fly(0.6)
+    scene.world.seq = chosen
+    scene.world.tell_mission()
+    scene.fly(0.5)
+    assert scene.world.mode == MISSION
+    assert scene.world.seq == chosen
+    assert scene.station.following.done
+    assert texts_of(scene)[-1] == f"Mission: plan left, item {chosen} was chosen"
+
+
+def test_a_rest_that_is_planned_too_late_does_not_fly_back():
+    scene = flying_scene(lockstep=False)
+    scene.planner.patience = 10**9
+    pause(scene)
+    scene.fly(until=lambda: len(scene.planner.requests) == 2)
+    go_on(scene)
+    scene.world.position = np.array([1.5, 0.0, -2.0])
+    scene.planner.patience = 1
+    scene.fly(0.5)
+    assert scene.world.mode == MISSION
+    assert texts_of(scene).count("Mission: plan is late: pause and continue") == 1
+
+
+def test_a_vehicle_far_from_its_plan_is_given_back():
+    scene = flying_scene()
+    scene.station.following._references.world = SimpleNamespace()  # it moves no longer
+    scene.world.position = np.array([0.0, 1.2, -2.0])
+    scene.fly(0.08)
+    assert scene.world.mode == OFFBOARD  # as yet
+    scene.fly(0.2)
+    assert scene.world.mode == MISSION
+    assert "from the plan" in texts_of(scene)[-1]
+
+
+def test_another_vehicle_than_the_one_that_is_planned_for_is_not_taken_over():
+    scene = Scene()
+    scene.world.params["ATT_WN"] = 10.0
+    scene.fly(until=lambda: scene.station.outcome is not None)
+    assert texts_of(scene) == ["Mission: no plan, ATT_WN is 10, mit-vp has 16"]
+    scene.world.armed, scene.world.mission_state = True, 3
+    scene.world.set_mode(MISSION)
+    scene.world.reach(0)
+    scene.fly(1.0)
+    assert scene.world.setpoints() == []
+    assert scene.planner.requests == []
+    scene.world.send("param_value", b"ATT_WN", 16.0, 9, 45, 0)  # somebody sets it right
+    scene.fly(0.5)
+    assert len(scene.planner.requests) == 1
+
+
+def test_another_takeoff_height_is_planned_for_again():
+    scene = Scene()
+    scene.fly(until=lambda: scene.station.state is State.READY)
+    scene.world.send("param_value", b"MIS_TAKEOFF_ALT", 10.0, 9, 45, 0)
+    scene.fly(0.5)
+    assert [request.takeoff_altitude for request in scene.planner.requests] == [2.5, 10.0]
+
+
 def test_a_mission_that_cannot_be_planned_is_left_to_the_autopilot_with_a_word():
     scene = Scene(outcome=PlanError("segment 1 needs 4 N of 3 N; move the waypoint", 2))
     scene.fly(until=lambda: scene.station.outcome is not None)
@@ -424,3 +522,10 @@ def test_a_landing_before_the_mission_is_complete_is_a_failed_flight():
     with pytest.raises(FlightError, match="before the mission was complete") as caught:
         scene.fly(3.0)
     assert caught.value.exit_code == 1
+
+
+def test_a_vehicle_that_never_takes_off_ends_the_flight(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("halfroll.pilot.TAKEOFF_PATIENCE_S", 0.05)
+    scene = Scene(pilot=True)
+    with pytest.raises(FlightError, match="did not take off within"):
+        scene.fly(30.0)

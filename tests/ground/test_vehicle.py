@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from halfroll.errors import VehicleError
-from halfroll.vehicle import GRAVITY, load_vehicle, shipped_vehicles
+from halfroll.vehicle import GRAVITY, built_vehicle, load_vehicle, shipped_vehicles
 
 
 @pytest.mark.parametrize("name", ["mit-fp", "mit-vp", "race-5in"])
@@ -90,3 +90,10 @@ def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
         load_vehicle("mit-xp")
     with pytest.raises(VehicleError, match="No such file"):
         load_vehicle(tmp_path / "none.toml")
+
+
+def test_a_vehicle_that_is_built_takes_no_overrides():
+    built = load_vehicle("mit-vp")
+    assert built_vehicle(built) is built
+    with pytest.raises(VehicleError, match="stays as it is"):
+        built_vehicle(built, {"mass_kg": 0.6})

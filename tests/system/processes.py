@@ -1,7 +1,7 @@
 """halfroll's commands as a person starts them, and what is left of them afterwards.
 
-Why: a system test sees exit codes, the two output streams and the process table, nothing inside. Everything started here
-carries a mark in its environment, which its children inherit, so whoever is left behind is found.
+Why: a system test sees exit codes, the two output streams and the process table, nothing inside. Everything started
+here carries a mark in its environment, which its children inherit, so whoever is left behind is found.
 """
 
 from __future__ import annotations
@@ -88,13 +88,13 @@ class Running:
         """On either stream."""
 
         def said() -> bool:
-            return words in self._text("out") + self._text("err") or self.process.poll() is not None
+            return words in self._text("out") + self._text("err")
 
+        until = time.monotonic() + DEADLINE_S
         with self._more:
-            while not said():
-                if not self._more.wait(timeout=DEADLINE_S):
-                    break
-        assert words in self._text("out") + self._text("err"), f"never said {words!r}: {self._lines}"
+            while not said() and time.monotonic() < until and any(reader.is_alive() for reader in self._readers):
+                self._more.wait(timeout=0.1)
+            assert said(), f"never said {words!r}: {self._lines}"
 
     def wait(self) -> Ended:
         code = self.process.wait(DEADLINE_S)

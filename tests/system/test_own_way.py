@@ -1,4 +1,4 @@
-"""The user's own way: the simulator in one terminal, the ground station in the next, any ground control station between.
+"""The user's own way: the simulator in one terminal, the ground station in the next, any ground control station beside.
 
 The third terminal is examples/upload_and_fly.py, plain pymavlink. What is claimed of references is counted on the wire.
 """

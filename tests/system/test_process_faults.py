@@ -34,10 +34,10 @@ SIMULATOR, CREW = "halfroll-sitl ", "halfroll.crew"
 
 
 class Flight(Running):
-    """A flight at three times real time: long enough to be met on its way."""
+    """A flight at five times real time: long enough to be met on its way."""
 
     def __init__(self, folder: Path) -> None:
-        words = ("--scenario", "ideal", "--speed", "3", "--json", "--out", folder)
+        words = ("--scenario", "ideal", "--speed", "5", "--json", "--out", folder)
         super().__init__(HALFROLL, "fly", MISSIONS / "box.plan", *words)
 
 
@@ -51,6 +51,7 @@ def link_error(ended: Ended) -> str:
     """The one sentence, exit code 3, the same in JSON."""
     assert ended.code == 3
     assert "Traceback" not in ended.err
+    assert "Warning" not in ended.err
     (sentence,) = ended.sentences
     assert ended.json["error"]["message"] == sentence
     return sentence
@@ -83,6 +84,15 @@ def test_a_ground_station_killed_is_what_was_lost(flight: Flight, moment: str) -
     said = link_error(flight.wait())
     assert "the ground station's process ended" in said
     assert "on the way to item" in said
+    assert flight.left_behind() == {}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("who", "said"), [(SIMULATOR, "the autopilot has been silent"), (CREW, "has been silent")])
+def test_a_process_that_hangs_is_what_was_lost(flight: Flight, who: str, said: str) -> None:
+    flight.until_it_says(FLYING)
+    os.kill(flight.member(who), signal.SIGSTOP)
+    assert said in link_error(flight.wait())
     assert flight.left_behind() == {}
 
 
@@ -126,13 +136,6 @@ def test_a_command_killed_takes_everything_with_it(flight: Flight) -> None:
     assert flight.left_behind() == {}
 
 
-def test_a_flight_that_is_done_leaves_nobody(tmp_path: Path) -> None:
-    words = ("--scenario", "ideal", "--out", tmp_path)
-    with Running(HALFROLL, "fly", MISSIONS / "box.plan", *words) as flight:
-        assert flight.wait().code == 0
-        assert flight.left_behind() == {}
-
-
 @pytest.mark.parametrize("link", ["--port-offboard", "--port-gcs"])
 def test_a_simulator_whose_port_is_taken_names_it(link: str) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
@@ -162,12 +165,15 @@ def test_a_second_ground_station_names_the_port_that_is_taken() -> None:
     assert str(14540 + instance) in sentence
 
 
-def test_a_flight_makes_way_for_the_ports_of_others(tmp_path: Path) -> None:
+def test_a_flight_makes_way_for_the_ports_of_others_and_leaves_nobody(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         if is_free(14540):  # else somebody else has taken it: as good
             taken.bind(("127.0.0.1", 14540))
-        ended = halfroll("fly", MISSIONS / "box.plan", "--scenario", "ideal", "--out", tmp_path)
-    assert ended.code == 0, ended.err
+        words = ("--scenario", "ideal", "--out", tmp_path)
+        with Running(HALFROLL, "fly", MISSIONS / "box.plan", *words) as flight:
+            ended = flight.wait()
+            assert ended.code == 0, ended.err
+            assert flight.left_behind() == {}
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

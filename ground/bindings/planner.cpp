@@ -1,0 +1,215 @@
+// The planner's kernel for Python: a module of its own, so that planning needs no firmware.
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "kernel/certificate.hpp"
+#include "kernel/interior_point.hpp"
+#include "kernel/peaks.hpp"
+
+PYBIND11_MAKE_OPAQUE(halfroll::planner::Tightening)
+
+namespace {
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+using namespace halfroll::planner;
+
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
+
+std::vector<Node> nodes_from(const Array& array) {
+  const auto in = array.unchecked<3>();
+  std::vector<Node> nodes(in.shape(0));
+  for (py::ssize_t k = 0; k < in.shape(0); ++k) {
+    for (int d = 0; d < kGiven; ++d) {
+      for (int a = 0; a < kAxes; ++a) nodes[k](d, a) = in(k, d, a);
+    }
+  }
+  return nodes;
+}
+
+std::vector<Mask> masks_from(const Flags& array) {
+  const auto in = array.unchecked<3>();
+  std::vector<Mask> masks(in.shape(0));
+  for (py::ssize_t k = 0; k < in.shape(0); ++k) {
+    for (int d = 0; d < kGiven; ++d) {
+      for (int a = 0; a < kAxes; ++a) masks[k](d, a) = in(k, d, a);
+    }
+  }
+  return masks;
+}
+
+Array nodes_to(const std::vector<Node>& nodes) {
+  Array array(
+      {static_cast<py::ssize_t>(nodes.size()), static_cast<py::ssize_t>(kGiven), static_cast<py::ssize_t>(kAxes)});
+  auto out = array.mutable_unchecked<3>();
+  for (py::ssize_t k = 0; k < out.shape(0); ++k) {
+    for (int d = 0; d < kGiven; ++d) {
+      for (int a = 0; a < kAxes; ++a) out(k, d, a) = nodes[k](d, a);
+    }
+  }
+  return array;
+}
+
+Array coefficients_of(const Trajectory& path) {
+  Array array(
+      {static_cast<py::ssize_t>(path.pieces()), static_cast<py::ssize_t>(kOrder), static_cast<py::ssize_t>(kAxes)});
+  auto out = array.mutable_unchecked<3>();
+  for (int k = 0; k < path.pieces(); ++k) {
+    const Ends coefficients = hermite_matrix() * path.ends(k);
+    for (int i = 0; i < kOrder; ++i) {
+      for (int a = 0; a < kAxes; ++a) out(k, i, a) = coefficients(i, a);
+    }
+  }
+  return array;
+}
+
+std::vector<Coefficients> pieces_from(const Array& array) {
+  const auto in = array.unchecked<3>();
+  std::vector<Coefficients> pieces(in.shape(0));
+  for (py::ssize_t k = 0; k < in.shape(0); ++k) {
+    for (int i = 0; i < kOrder; ++i) {
+      for (int a = 0; a < kAxes; ++a) pieces[k](i, a) = in(k, i, a);
+    }
+  }
+  return pieces;
+}
+
+void bind_values(py::module_& m) {
+  py::class_<Vehicle>(m, "Vehicle", "What thrust depends on; SI, inertia (3,) about body axes.")
+      .def(py::init([](double mass, const std::array<double, 3>& inertia, double arm, double yaw_coefficient,
+                       double gravity) { return Vehicle{mass, inertia, arm, yaw_coefficient, gravity}; }),
+           py::kw_only(), "mass"_a, "inertia"_a, "arm"_a, "yaw_coefficient"_a, "gravity"_a);
+
+  py::class_<Limits>(m, "Limits", "Infinite: switched off. SI; see halfroll.limits.Limits.")
+      .def(py::init([](double rotor_min, double rotor_max, double force_min, double force_z_min, double body_rate_max,
+                       double floor, bool vertical) {
+             Limits limits;
+             limits.rotor_min = rotor_min;
+             limits.rotor_max = rotor_max;
+             limits.force_min = force_min;
+             limits.force_z_min = force_z_min;
+             limits.body_rate_max = body_rate_max;
+             limits.floor = floor;
+             limits.vertical = vertical;
+             return limits;
+           }),
+           py::kw_only(), "rotor_min"_a, "rotor_max"_a, "force_min"_a = -kNoLimit, "force_z_min"_a = -kNoLimit,
+           "body_rate_max"_a = kNoLimit, "floor"_a = -kNoLimit, "vertical"_a = false);
+
+  py::class_<Constraints>(m, "Constraints", "The rows that a vehicle and its limits make.")
+      .def(py::init<const Vehicle&, const Limits&, bool>(), "vehicle"_a, "limits"_a, "any_speed_limit"_a);
+}
+
+void bind_problem(py::module_& m) {
+  py::class_<Problem>(m, "Problem",
+                      "A trajectory to improve: N pieces, nodes (N+1, 5, 4) derivatives 0..4 of x, y, z, yaw.")
+      .def(py::init([](const Array& nodes, const std::vector<double>& durations, const Flags& given,
+                       const std::vector<int>& leg, const std::vector<double>& speed_max,
+                       const std::array<bool, 4>& frozen, bool tied) {
+             return Problem{{nodes_from(nodes), durations}, masks_from(given), leg, speed_max, frozen, tied};
+           }),
+           "nodes"_a, "durations"_a, "given"_a, "leg"_a, "speed_max"_a, "frozen"_a, "tied"_a,
+           "given (N+1, 5, 4): what is not free; leg and speed_max (N,) of each piece; frozen (4,): axes that stand "
+           "still.")
+      .def("split", &Problem::split, "parts"_a, "Each piece cut into equal ones; the path does not change.")
+      .def(
+          "stretched",
+          [](const Problem& problem, double factor) {
+            Problem slower = problem;
+            slower.start = problem.start.stretched(factor);
+            return slower;
+          },
+          "factor"_a)
+      .def_readwrite("tied", &Problem::tied, "Whether the pieces of a leg keep their shares of its time.")
+      .def_property_readonly("nodes", [](const Problem& p) { return nodes_to(p.start.nodes); })
+      .def_property_readonly("durations", [](const Problem& p) { return p.start.durations; })
+      .def_property_readonly(
+          "coefficients", [](const Problem& p) { return coefficients_of(p.start); }, "(N, 10, 4)")
+      .def_property_readonly("leg", [](const Problem& p) { return p.leg; })
+      .def_property_readonly("speed_max", [](const Problem& p) { return p.speed_max; })
+      .def_property_readonly("total", [](const Problem& p) { return p.start.total(); })
+      .def(
+          "least_margin",
+          [](const Problem& p, const Constraints& c, int samples) { return least_margin(p.start, p, c, samples); },
+          "constraints"_a, "samples"_a, "Relative, the most negative of all limits; samples of each piece.");
+}
+
+void bind_solver(py::module_& m) {
+  py::class_<Tightening>(m, "Tightening", "What repair has added to the limits.").def(py::init<>());
+
+  py::class_<Certificate>(m, "Certificate",
+                          "Whether all limits hold at every time, and where that could not be proven.")
+      .def_readonly("proven", &Certificate::proven)
+      .def_readonly("unproven", &Certificate::unproven)
+      .def_readonly("piece", &Certificate::piece)
+      .def_readonly("bound", &Certificate::bound)
+      .def_readonly("excess", &Certificate::excess)
+      .def_readonly("intervals", &Certificate::intervals);
+
+  m.def(
+      "minimise_time",
+      [](const Problem& problem, const Constraints& constraints, const Tightening& tightening, int samples,
+         double barrier_start, double barrier_end, int iterations, double duration_min, double shift, double curvature,
+         const Progress& progress) {
+        SolverSettings settings;
+        settings.samples = samples;
+        settings.barrier_start = barrier_start;
+        settings.barrier_end = barrier_end;
+        settings.iterations = iterations;
+        settings.duration_min = duration_min;
+        settings.shift = shift;
+        settings.curvature = curvature;
+        Solution solution = minimise_time(problem, constraints, tightening, settings, progress);
+        Problem improved = problem;
+        improved.start = std::move(solution.trajectory);
+        return py::make_tuple(improved, solution.feasible, solution.interrupted, solution.iterations);
+      },
+      "problem"_a, "constraints"_a, "tightening"_a, py::kw_only(), "samples"_a, "barrier_start"_a, "barrier_end"_a,
+      "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "progress"_a,
+      "(problem with the better trajectory, feasible at its samples, interrupted, iterations)");
+
+  m.def(
+      "tighten_around_peaks",
+      [](const Problem& problem, const Constraints& constraints, int samples, double spare, Tightening& tightening) {
+        return tighten_around_peaks(problem.start, problem, constraints, samples, spare, tightening);
+      },
+      "problem"_a, "constraints"_a, "samples"_a, "spare"_a, "tightening"_a,
+      "The least relative margin between the samples; tightening is raised where it is below spare.");
+
+  m.def(
+      "rotor_range",
+      [](const Problem& problem, const Constraints& constraints, int samples) {
+        const RotorRange range = rotor_range(problem.start, constraints, samples);
+        return py::make_tuple(py::cast(range.low), py::cast(range.high));
+      },
+      "problem"_a, "constraints"_a, "samples"_a, "Smallest and largest thrust of each rotor [N].");
+
+  m.def(
+      "bound_name",
+      [](const Constraints& constraints, int bound) {
+        return describe(constraints.rows().at(constraints.bounds().at(bound).row).quantity);
+      },
+      "constraints"_a, "bound"_a, "What a bound limits, in words, and its unit.");
+
+  m.def(
+      "certify",
+      [](const Array& coefficients, const std::vector<double>& durations, const std::vector<double>& speed_max,
+         const Constraints& constraints) {
+        return certify(pieces_from(coefficients), durations, speed_max, constraints);
+      },
+      "coefficients"_a, "durations"_a, "speed_max"_a, "constraints"_a,
+      "Proof over whole pieces (N, 10, 4), lowest power of tau first.");
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_planner, m) {
+  m.doc() = "The planner's kernel: least time inside the limits, repair between samples, and the proof.";
+  bind_values(m);
+  bind_problem(m);
+  bind_solver(m);
+}

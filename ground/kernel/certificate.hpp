@@ -1,0 +1,27 @@
+// The proof that a trajectory stays inside its limits at every time, not only at samples. Why: forces of a polynomial
+// path are not polynomial; Taylor models bound them on intervals, which are halved until the bound fits (or the depth
+// says that it never will).
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "constraints.hpp"
+
+namespace halfroll::planner {
+
+/// Coefficients of 1, tau, .. tau^9 of x, y, z, yaw on one piece.
+using Coefficients = Eigen::Matrix<double, kOrder, kAxes, Eigen::RowMajor>;
+
+struct Certificate {
+  bool proven = true;
+  std::vector<int> unproven;  // pieces, rising
+  int piece = -1;             // of the worst that could not be proven
+  int bound = -1;             // which, as in Constraints::bounds
+  double excess = 0.0;        // by how much it may be exceeded there, in the quantity's unit
+  int intervals = 0;          // looked at
+};
+
+Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<double>& durations,
+                    const std::vector<double>& speed_max, const Constraints& constraints);
+
+}  // namespace halfroll::planner

@@ -1,0 +1,44 @@
+// The solver: least total time inside the limits at samples. Why: every iterate lies inside (shifted) limits, so any
+// of them is a flight, and the work of a step is linear in the number of pieces.
+//
+//   min sum T - mu sum log(g + e) - mu sum log(T - T_min)        g: margins at the samples,  e >= 0 shrinks to 0
+//   (J' diag(z/(g+e)) J - share sum z g'' + times + damping) dx = -gradient        primal-dual
+//   dz = mu/(g+e) - z - z/(g+e) J dx
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "constraints.hpp"
+#include "unknowns.hpp"
+
+namespace halfroll::planner {
+
+/// Told the total time of the best flight so far [s], infinite while there is none; false: stop and take it.
+using Progress = std::function<bool(double)>;
+
+struct SolverSettings {
+  int samples = 32;             // a piece, a multiple of Pack::kWidth
+  double barrier_start = 1e-2;  // mu [s]
+  double barrier_end = 1e-6;
+  double barrier_factor = 0.15;
+  int iterations = 150;
+  double duration_min = 0.012;  // [s] of a piece
+  double shift = 0.02;          // margins below it start shifted by what they lack
+  double curvature = 0.0;       // share of the constraints' curvature in the Hessian; 0: Gauss-Newton
+};
+
+/// What repair adds to the limits: one (samples, bounds) matrix a piece; empty for nothing.
+using Tightening = std::vector<Eigen::MatrixXd>;
+
+struct Solution {
+  Trajectory trajectory;
+  bool feasible = false;  // at the samples
+  bool interrupted = false;
+  int iterations = 0;
+};
+
+Solution minimise_time(const Problem& problem, const Constraints& constraints, const Tightening& tightening,
+                       const SolverSettings& settings, const Progress& progress);
+
+}  // namespace halfroll::planner
