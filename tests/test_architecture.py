@@ -88,7 +88,7 @@ def code_of(cpp: Path) -> str:
 
 def resolve(include: str, cpp: Path) -> str | None:
     """Path in the tree that an include names, if it is ours."""
-    for base in (ROOT, ROOT / "firmware", cpp.parent):
+    for base in (ROOT, ROOT / "firmware", ROOT / "ground", cpp.parent):
         if (base / include).is_file():
             return (base / include).relative_to(ROOT).as_posix()
     return None
