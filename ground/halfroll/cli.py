@@ -41,6 +41,7 @@ Margin = Annotated[
     float | None,
     typer.Option("--margin", metavar="SHARE", help="Share of rotor thrust kept free (mission 0.1, rotors 0)."),
 ]
+PlanningMode = Annotated[str, typer.Option("--mode", metavar="paper|fast|best", help="How near the least time.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output, progress on standard error.")]
 
 
@@ -98,7 +99,7 @@ def plan(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="P", help="Write the plan: .csv (1 kHz), .json or .npz.")
     ] = None,
-    mode: Annotated[str, typer.Option("--mode", metavar="paper|fast|best", help="How near the least time.")] = "paper",
+    mode: PlanningMode = "paper",
     vehicle: VehicleName = "mit-vp",
     limits: LimitsKind = "mission",
     margin: Margin = None,
@@ -144,6 +145,7 @@ def fly(
     speed: Annotated[
         float | None, typer.Option(help="Times real time, 0: as fast as it goes (lockstep 0, else 1).", min=0.0)
     ] = None,
+    mode: PlanningMode = "paper",
     margin: Margin = None,
     limits: LimitsKind = "mission",
     settings: Settings = None,
@@ -158,7 +160,7 @@ def fly(
     with _errors_for_people(as_json):
         if scenario not in ("ideal", "nominal"):
             raise InputError(f"scenario {scenario!r} is not known; give ideal or nominal")
-        from halfroll import console
+        from halfroll import console, preflight
         from halfroll.flight_files import FlightFiles
         from halfroll.mission_files import load_mission
         from halfroll.vehicle import load_vehicle
@@ -179,6 +181,7 @@ def fly(
                 speed=speed,
                 limits=_limits(limits),
                 margin=_share(margin),
+                mode=preflight.planning_mode(mode),
                 log_path=files.log,
                 progress=said,
             )
@@ -208,6 +211,7 @@ def sitl(context: typer.Context) -> None:
 def ground(
     vehicle: VehicleName = "mit-vp",
     instance: Annotated[int, typer.Option(metavar="N", help="Of the simulator: added to its ports.", min=0)] = 0,
+    mode: PlanningMode = "paper",
     margin: Margin = None,
     limits: LimitsKind = "mission",
     settings: Settings = None,
@@ -216,6 +220,7 @@ def ground(
     with _errors_for_people(as_json=False):
         if instance > 9:
             raise InputError(f"instance {instance}: ports are laid out for 0 to 9; choose one of these")
+        from halfroll import preflight
         from halfroll.flight import run_ground
         from halfroll.vehicle import load_vehicle
 
@@ -224,6 +229,7 @@ def ground(
             instance=instance,
             limits=_limits(limits),
             margin=_share(margin),
+            mode=preflight.planning_mode(mode),
             report=lambda event: print(f"{event.t_s:8.2f} s  {event.text}", flush=True),
         )
 

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 
 from halfroll.errors import HalfrollError, LinkError
 from halfroll.link import GCS, GCS_SYSTEM, GROUND, Link, Message
-from halfroll.mission import Mission
+from halfroll.mission import Mission, PlanMode
 from halfroll.pilot import Pilot
 from halfroll.planning import Limits, PlanningProcess
 from halfroll.record import Event, Record
@@ -37,6 +37,7 @@ class Orders:
     vehicle: Vehicle
     limits: Limits = "mission"
     margin: float | None = None
+    mode: PlanMode = "paper"
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ def fly_mission(
             planner,
             orders.limits,
             orders.margin,
+            orders.mode,
             finer=orders.mission,
             other_links=[gcs_link],
             report=report,

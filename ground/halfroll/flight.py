@@ -27,7 +27,7 @@ from halfroll.crew import Debriefing, Orders, hear_all
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
 from halfroll.geodesy import GeoPoint
 from halfroll.link import GROUND, Link
-from halfroll.mission import Mission
+from halfroll.mission import Mission, PlanMode
 from halfroll.mission_files import load_mission
 from halfroll.planning import Limits, PlanningProcess
 from halfroll.record import Event
@@ -92,6 +92,7 @@ def fly(
     speed: float | None = None,
     limits: Limits = "mission",
     margin: float | None = None,
+    mode: PlanMode = "paper",
     overrides: Mapping[str, str | float] | None = None,
     origin: GeoPoint | None = None,
     log_path: str | Path | None = None,
@@ -137,7 +138,7 @@ def fly(
         crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
         with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
-            ours.send(Orders(flown, flown_by, limits, margin))
+            ours.send(Orders(flown, flown_by, limits, margin, mode))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
         debriefing = watch.until_debriefed()
         said = watch.until_simulator_ends()
@@ -164,6 +165,7 @@ def run_ground(
     instance: int = 0,
     limits: Limits = "mission",
     margin: float | None = None,
+    mode: PlanMode = "paper",
     report: Callable[[Event], None] = lambda event: None,
 ) -> None:
     """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
@@ -180,7 +182,7 @@ def run_ground(
         with PlanningProcess() as planner:
             report(Event("connected", 0.0, f"waiting for an autopilot on UDP port {transport.port}"))
             link = Link(transport, GROUND)
-            station = Station(link, vehicle, planner, limits, margin, report=tell)
+            station = Station(link, vehicle, planner, limits, margin, mode, report=tell)
             while True:
                 wait_for_any([transport], _POLL_S / 2)
                 while hear_all([link], [station.hear]):
@@ -191,7 +193,7 @@ def run_ground(
                     report(Event("released", link.t_us * 1e-6, str(error)))
                     transport.forget_peer()
                     link = Link(transport, GROUND)
-                    station = Station(link, vehicle, planner, limits, margin, report=tell)
+                    station = Station(link, vehicle, planner, limits, margin, mode, report=tell)
                 station.answer_time()
     finally:
         transport.close()

@@ -10,12 +10,14 @@ import math
 import struct
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from halfroll.errors import MissionError
 from halfroll.geodesy import GeoPoint, Vector
 
-__all__ = ["CAPACITY", "NOT_GIVEN", "GeoPoint", "Mission", "MissionItem", "Vector", "Waypoint"]
+__all__ = ["CAPACITY", "NOT_GIVEN", "GeoPoint", "Mission", "MissionItem", "PlanMode", "Vector", "Waypoint"]
 
+PlanMode = Literal["paper", "fast", "best"]  # how near the least time a mission is planned
 CAPACITY = 2000  # items the autopilot stores
 NOT_GIVEN = 2**31 - 1  # MAVLink's "no latitude, no longitude": here
 

@@ -21,7 +21,7 @@ from halfroll.course import Course, flown_waypoints, require_an_end
 from halfroll.course import course as course_of
 from halfroll.errors import HalfrollError, LinkError, MissionError, PlanError
 from halfroll.geodesy import GeoPoint, Vector
-from halfroll.mission import Mission, MissionItem, Waypoint
+from halfroll.mission import Mission, MissionItem, PlanMode, Waypoint
 from halfroll.mission_check import Severity, check_items
 from halfroll.references import Path, path_of
 from halfroll.vehicle import Vehicle
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str], None]
 Limits = Literal["mission", "rotors"]
-Mode = Literal["paper", "fast", "best"]
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class PlanRequest:
     waypoints: tuple[Waypoint, ...] | None = None
     from_item: int | None = None
     start: Vector | None = None
-    mode: Mode = "paper"
+    mode: PlanMode = "paper"
 
 
 @dataclass(frozen=True)

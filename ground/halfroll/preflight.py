@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from halfroll.course import Course, course, endless, home_of, require_an_end, with_takeoff_and_landing
 from halfroll.errors import HalfrollError, InputError, MissionError
 from halfroll.geodesy import DEFAULT_ORIGIN
-from halfroll.mission import Mission
+from halfroll.mission import Mission, PlanMode
 from halfroll.mission_check import Finding, check_items
 from halfroll.mission_files import load_mission
 from halfroll.vehicle import Vehicle, built_vehicle
@@ -21,7 +21,6 @@ from halfroll.vehicle import Vehicle, built_vehicle
 if TYPE_CHECKING:
     from halfroll.plan import Plan
 
-MODES = ("paper", "fast", "best")
 Overrides = Mapping[str, str | float]
 Progress = Callable[[str], None]
 
@@ -63,6 +62,14 @@ class Preflight:
         return self.never_ends or self.no_plan
 
 
+def planning_mode(name: str) -> PlanMode:
+    """Raises InputError for a name that is none."""
+    modes: dict[str, PlanMode] = {mode: mode for mode in get_args(PlanMode)}
+    if name not in modes:
+        raise InputError(f"mode {name!r} is not known; give one of {', '.join(modes)}")
+    return modes[name]
+
+
 def plan(
     mission: Mission | str | Path,
     vehicle: Vehicle | str | Path = "mit-vp",
@@ -79,13 +86,12 @@ def plan(
     "rotors" (rotor thrust alone); margin: share of the rotors' thrust that is kept free, None for the limits' own;
     overrides: numbers of the vehicle by dotted key. Raises InputError and PlanError.
     """
-    if mode not in MODES:
-        raise InputError(f"mode {mode!r} is not known; give one of {', '.join(MODES)}")
+    known = planning_mode(mode)
     mission, vehicle = _mission(mission), built_vehicle(vehicle, overrides)
     flown = course(mission, mission.planned_home or DEFAULT_ORIGIN)
     if len(flown.waypoints) < 2:
         raise MissionError("nothing to plan: it ends before it has two different positions; add a waypoint")
-    return _plan(flown, vehicle, limits, margin, progress, mode)
+    return _plan(flown, vehicle, limits, margin, progress, known)
 
 
 def check(
@@ -127,7 +133,7 @@ def _plan(
     limits: Literal["mission", "rotors"],
     margin: float | None,
     progress: Progress,
-    mode: str = "paper",
+    mode: PlanMode = "paper",
 ) -> Plan:
     require_an_end(flown.waypoints, vehicle.speed_max_m_s if limits == "mission" else None)
     if mode == "paper":
@@ -137,4 +143,4 @@ def _plan(
     from halfroll.near_optimal import limits_of, plan_near_optimal
 
     near = limits_of(vehicle, limits, margin)
-    return plan_near_optimal(flown.waypoints, vehicle, near, "best" if mode == "best" else "fast", progress)
+    return plan_near_optimal(flown.waypoints, vehicle, near, mode, progress)

@@ -26,7 +26,7 @@ from halfroll.conversations import Conversation, Talk
 from halfroll.errors import HalfrollError, VehicleError
 from halfroll.following import START_SPEED, Following
 from halfroll.link import Link, Message, MissionCurrent, Telemetry
-from halfroll.mission import Mission, MissionItem
+from halfroll.mission import Mission, MissionItem, PlanMode
 from halfroll.planning import Limits, NothingToPlan, Outcome, Planned, Planner, PlanRequest
 from halfroll.record import Event
 from halfroll.references import References
@@ -76,6 +76,7 @@ class Station:
         planner: Planner,
         limits: Limits = "mission",
         margin: float | None = None,
+        mode: PlanMode = "paper",
         finer: Mission | None = None,
         other_links: Sequence[Link] = (),
         report: Callable[[Event], None] = lambda _: None,
@@ -83,6 +84,7 @@ class Station:
         make_references: MakeReferences = References.for_vehicle,
     ) -> None:
         self._link, self._vehicle, self._planner, self._limits, self._margin = link, vehicle, planner, limits, margin
+        self._planning_mode = mode
         self._finer, self._report, self._clock, self._make_references = finer, report, clock, make_references
         self._barrier = Barrier((link, *other_links), clock)
         self._heartbeat_s = -math.inf
@@ -244,6 +246,7 @@ class Station:
             vehicle=self._vehicle,
             limits=self._limits,
             margin=self._margin,
+            mode=self._planning_mode,
             waypoints=self._finer.waypoints if self._finer and self._finer.items == self._facts.items else None,
             from_item=rest_from,
             start=None if rest_from is None else (float(here.p_WB[0]), float(here.p_WB[1]), float(here.p_WB[2])),
