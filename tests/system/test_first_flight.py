@@ -96,7 +96,7 @@ def test_the_log_names_its_commands_by_the_same_hash(flown: tuple[str, Ended], l
 
 def test_the_phases_are_told_on_standard_error(flown: tuple[str, Ended]) -> None:
     told = flown[1].err.splitlines()
-    assert told.index("plan") < told.index("take off") < told.index("fly the plan") < told.index("land")
+    assert told.index("plan") < told.index("take off") < told.index("fly the plan") < told.index("end the mission")
 
 
 def test_the_report_stands_by_itself(flown: tuple[str, Ended]) -> None:
