@@ -14,7 +14,6 @@
 namespace halfroll {
 namespace {
 
-constexpr float kTakeoffReached = 0.3F;   // [m]
 constexpr float kHomeReached = 1.F;       // [m], horizontally, before the return descends
 constexpr float kReturnNear = 5.F;        // [m], closer than this the return does not climb
 constexpr float kSlowBelow = 5.F;         // [m] above home: a descent is slow

@@ -7,10 +7,9 @@
 namespace halfroll {
 namespace {
 
-constexpr int kItemsPerTick = 16;        // items that need no time; bounds the work of one tick
-constexpr float kTakeoffReached = 0.3F;  // [m], vertical
-constexpr float kYawReached = 0.05F;     // [rad]
-constexpr float kOverLanding = 0.5F;     // [m], horizontal, before a landing goes down
+constexpr int kItemsPerTick = 16;     // items that need no time; bounds the work of one tick
+constexpr float kYawReached = 0.05F;  // [rad]
+constexpr float kOverLanding = 0.5F;  // [m], horizontal, before a landing goes down
 
 }  // namespace
 

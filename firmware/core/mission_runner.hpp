@@ -7,6 +7,8 @@
 
 namespace halfroll {
 
+inline constexpr float kTakeoffReached = 0.3F;  // [m], vertical: a climb has arrived
+
 /// Where items come from; the autopilot answers from its store, converted to W.
 class MissionItems {
  public:

@@ -23,7 +23,6 @@ inline Quat from_wire(const Quat& q) { return to_wire(q); }
 inline float yaw_from_wire_deg(float heading_deg) {
   return static_cast<float>(-kDegree * static_cast<double>(heading_deg));
 }
-inline float yaw_to_wire_deg(float yaw) { return static_cast<float>(-static_cast<double>(yaw) / kDegree); }
 
 /// Local origin: where W has its zero. WGS84, altitude above mean sea level (= ellipsoid height in simulation).
 struct Origin {

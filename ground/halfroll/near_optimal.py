@@ -20,8 +20,8 @@ from halfroll import _planner as kernel
 from halfroll.errors import InfeasibleSegment
 from halfroll.limits import Limits
 from halfroll.minimum_time import Stretch
-from halfroll.mission import Waypoint
-from halfroll.plan import CourseNode, Plan, checked_nodes, radical, stretch_of
+from halfroll.mission import PlanMode, Waypoint
+from halfroll.plan import CourseNode, Plan, checked_nodes, plan_course, radical, stretch_of
 from halfroll.segments import PiecewisePolynomial, solve, standing
 from halfroll.vehicle import GRAVITY, Vehicle
 
@@ -191,6 +191,20 @@ def limits_of(vehicle: Vehicle, kind: Literal["mission", "rotors"] = "mission", 
     """As Limits.of, but rotor thrust alone is really alone: the thrust axis may tilt below the horizon."""
     limits = Limits.of(vehicle, kind, margin)
     return replace(limits, force_z_min=None) if kind == "rotors" else limits
+
+
+def plan_in_mode(
+    waypoints: Sequence[Waypoint],
+    vehicle: Vehicle,
+    mode: PlanMode,
+    limits: Literal["mission", "rotors"] = "mission",
+    margin: float | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """The plan of any mode, inside the limits of that name. Raises as `plan_course`."""
+    if mode == "paper":
+        return plan_course(waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)
+    return plan_near_optimal(waypoints, vehicle, limits_of(vehicle, limits, margin), mode, progress)
 
 
 def plan_near_optimal(

@@ -100,16 +100,9 @@ def plan_mission(request: PlanRequest, progress: Progress = lambda _: None) -> O
 
 
 def _planned(waypoints: tuple[Waypoint, ...], request: PlanRequest, progress: Progress) -> Plan:
-    asked = request.vehicle, request.limits, request.margin
-    if request.mode == "paper":
-        from halfroll import plan as planner
+    from halfroll.near_optimal import plan_in_mode
 
-        return planner.plan_course(waypoints, request.vehicle, planner.Limits.of(*asked), progress)
-    from halfroll import near_optimal
-
-    return near_optimal.plan_near_optimal(
-        waypoints, request.vehicle, near_optimal.limits_of(*asked), request.mode, progress
-    )
+    return plan_in_mode(waypoints, request.vehicle, request.mode, request.limits, request.margin, progress)
 
 
 def _course(request: PlanRequest) -> Course:

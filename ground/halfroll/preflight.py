@@ -136,11 +136,6 @@ def _plan(
     mode: PlanMode = "paper",
 ) -> Plan:
     require_an_end(flown.waypoints, vehicle.speed_max_m_s if limits == "mission" else None)
-    if mode == "paper":
-        from halfroll.plan import Limits, plan_course
+    from halfroll.near_optimal import plan_in_mode
 
-        return plan_course(flown.waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)
-    from halfroll.near_optimal import limits_of, plan_near_optimal
-
-    near = limits_of(vehicle, limits, margin)
-    return plan_near_optimal(flown.waypoints, vehicle, near, mode, progress)
+    return plan_in_mode(flown.waypoints, vehicle, mode, limits, margin, progress)
