@@ -11,16 +11,6 @@ namespace {
 const std::vector<Entry> kDynamics = {{0, 2}, {1, 2}, {2, 2}, {0, 3}, {1, 3}, {2, 3},
                                       {0, 4}, {1, 4}, {2, 4}, {3, 0}, {3, 1}, {3, 2}};
 
-Pack load(const double* p) {
-  Pack pack;
-  for (int i = 0; i < Pack::kWidth; ++i) pack.v[i] = p[i];
-  return pack;
-}
-
-void store(double* p, const Pack& pack) {
-  for (int i = 0; i < Pack::kWidth; ++i) p[i] = pack.v[i];
-}
-
 Vec<Pack> load3(const FlatSamples& flat, int derivative, int i) {
   return {load(&flat[derivative](i, 0)), load(&flat[derivative](i, 1)), load(&flat[derivative](i, 2))};
 }
@@ -124,13 +114,50 @@ Bound Constraints::on_piece(int index, double speed_max) const {
 SampleTable::SampleTable(int count) {
   for (int d = 0; d < kGiven; ++d) {
     tables_[d].resize(count, kOrder);
-    for (int i = 0; i < count; ++i) tables_[d].row(i) = hermite_row(static_cast<double>(i) / count, d);
+    rows_[d].assign(count * kRow, 0.0);
+    for (int i = 0; i < count; ++i) {
+      const BasisRow row = hermite_row(static_cast<double>(i) / count, d);
+      tables_[d].row(i) = row;
+      std::copy_n(row.data(), kOrder, &rows_[d][i * kRow]);
+    }
   }
 }
 
-void sample_piece(const Ends& ends, double duration, const SampleTable& table, FlatSamples& flat) {
+HALFROLL_WIDE void sample_piece(const Ends& ends, double duration, const SampleTable& table, FlatSamples& flat) {
+  const int count = table.count();
   double power = 1.0;
-  for (int d = 0; d < kGiven; ++d, power /= duration) flat[d].noalias() = table[d] * (power * ends);
+  for (int d = 0; d < kGiven; ++d, power /= duration) {
+    flat[d].resize(count, kAxes);
+    const double* basis = table[d].data();
+    double* out = flat[d].data();
+    for (int i = 0; i < count; i += Pack::kWidth) {
+      Pack total[kAxes] = {};
+      for (int q = 0; q < kOrder; ++q) {
+        const Pack h = load(basis + q * count + i);
+        for (int a = 0; a < kAxes; ++a) total[a] += splat(ends(q, a)) * h;
+      }
+      for (int a = 0; a < kAxes; ++a) store(out + a * count + i, power * total[a]);
+    }
+  }
+}
+
+/// Of all rows that need the dynamics.
+HALFROLL_WIDE void evaluate_dynamics(const Constraints& constraints, const FlatSamples& flat, Eigen::MatrixXd& values) {
+  const Vehicle& v = constraints.vehicle();
+  const auto& rows = constraints.rows();
+  const int count = static_cast<int>(flat[0].rows());
+  for (int i = 0; i < count; i += Pack::kWidth) {
+    const Flat<Pack> q = load_flat(flat, i);
+    const ThrustAxis<Pack> axis = thrust_axis(q, v.gravity);
+    const BodyRate<Pack> rate = body_rate(axis, q);
+    const std::array<Pack, 4> f = rotor_thrusts(axis.size, rate, v);
+    for (int r = 0; r < static_cast<int>(rows.size()); ++r) {
+      const int rotor = static_cast<int>(rows[r].quantity);
+      if (rotor < 4) store(&values(i, r), f[rotor]);
+      if (rows[r].quantity == Quantity::kForce) store(&values(i, r), v.mass * axis.size);
+      if (rows[r].quantity == Quantity::kRateSquared) store(&values(i, r), dot(rate.w, rate.w));
+    }
+  }
 }
 
 void evaluate(const Constraints& constraints, const FlatSamples& flat, Eigen::MatrixXd& values) {
@@ -150,40 +177,15 @@ void evaluate(const Constraints& constraints, const FlatSamples& flat, Eigen::Ma
       default: break;  // below
     }
   }
-  if (constraints.limits().vertical) return;
-  for (int i = 0; i < count; i += Pack::kWidth) {
-    const Flat<Pack> q = load_flat(flat, i);
-    const ThrustAxis<Pack> axis = thrust_axis(q, v.gravity);
-    const BodyRate<Pack> rate = body_rate(axis, q);
-    const std::array<Pack, 4> f = rotor_thrusts(axis.size, rate, v);
-    for (int r = 0; r < static_cast<int>(rows.size()); ++r) {
-      const int rotor = static_cast<int>(rows[r].quantity);
-      if (rotor < 4) store(&values(i, r), f[rotor]);
-      if (rows[r].quantity == Quantity::kForce) store(&values(i, r), v.mass * axis.size);
-      if (rows[r].quantity == Quantity::kRateSquared) store(&values(i, r), dot(rate.w, rate.w));
-    }
-  }
+  if (!constraints.limits().vertical) evaluate_dynamics(constraints, flat, values);
 }
 
-void differentiate(const Constraints& constraints, const FlatSamples& flat, std::vector<Eigen::MatrixXd>& slopes) {
+HALFROLL_WIDE void differentiate_dynamics(const Constraints& constraints, const FlatSamples& flat,
+                                          std::vector<Eigen::MatrixXd>& slopes) {
   const Vehicle& v = constraints.vehicle();
   const auto& rows = constraints.rows();
   const auto& J = v.inertia;
   const int count = static_cast<int>(flat[0].rows());
-  slopes.resize(rows.size());
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    slopes[r].resize(count, static_cast<int>(rows[r].entries.size()));
-    switch (rows[r].quantity) {
-      case Quantity::kForceZ: slopes[r].setConstant(v.mass); break;
-      case Quantity::kSpeedSquared: slopes[r] = 2.0 * flat[1].leftCols<3>(); break;
-      case Quantity::kHeight: slopes[r].setOnes(); break;
-      case Quantity::kRotor1:
-        if (constraints.limits().vertical) slopes[r].setConstant(0.25 * v.mass);
-        break;
-      default: break;  // below
-    }
-  }
-  if (constraints.limits().vertical) return;
   const Pack zero = splat(0.0);
   for (int i = 0; i < count; i += Pack::kWidth) {
     const Flat<Pack> q = load_flat(flat, i);
@@ -218,28 +220,51 @@ void differentiate(const Constraints& constraints, const FlatSamples& flat, std:
   }
 }
 
+void differentiate(const Constraints& constraints, const FlatSamples& flat, std::vector<Eigen::MatrixXd>& slopes) {
+  const Vehicle& v = constraints.vehicle();
+  const auto& rows = constraints.rows();
+  const int count = static_cast<int>(flat[0].rows());
+  slopes.resize(rows.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    slopes[r].resize(count, static_cast<int>(rows[r].entries.size()));
+    switch (rows[r].quantity) {
+      case Quantity::kForceZ: slopes[r].setConstant(v.mass); break;
+      case Quantity::kSpeedSquared: slopes[r] = 2.0 * flat[1].leftCols<3>(); break;
+      case Quantity::kHeight: slopes[r].setOnes(); break;
+      case Quantity::kRotor1:
+        if (constraints.limits().vertical) slopes[r].setConstant(0.25 * v.mass);
+        break;
+      default: break;  // below
+    }
+  }
+  if (!constraints.limits().vertical) differentiate_dynamics(constraints, flat, slopes);
+}
+
 Entry dynamic_entry(int index) { return kDynamics[index]; }
 
-void curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::MatrixXd& weights,
-               std::vector<DynamicMatrix>& hessians) {
-  using D = Dual<kDynamicEntries>;
+HALFROLL_WIDE void curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::MatrixXd& weights,
+                             Eigen::MatrixXd& hessians) {
+  // Snap and yaw acceleration enter linearly: the other entries are directions enough.
+  constexpr int kDirections = 8;
+  constexpr std::array<int, kDirections> directions = {0, 1, 2, 3, 4, 5, 9, 10};
+  using D = Dual<kDirections>;
   const Vehicle& v = constraints.vehicle();
   const auto& rows = constraints.rows();
   const double x = 0.5 / v.arm, y = 0.5 / v.arm, z = 0.25 / v.yaw_coefficient;
   const int count = static_cast<int>(flat[0].rows());
-  hessians.assign(count, DynamicMatrix::Zero());
+  hessians.setZero(count, kDynamicPairs);
   if (constraints.limits().vertical) return;  // linear
   for (int i = 0; i < count; i += Pack::kWidth) {
     const Flat<Pack> at = load_flat(flat, i);
     Flat<D> q;
     for (int a = 0; a < 3; ++a) {
-      q.acceleration[a] = variable<kDynamicEntries>(at.acceleration[a], a);
-      q.jerk[a] = variable<kDynamicEntries>(at.jerk[a], 3 + a);
-      q.snap[a] = variable<kDynamicEntries>(at.snap[a], 6 + a);
+      q.acceleration[a] = variable<kDirections>(at.acceleration[a], a);
+      q.jerk[a] = variable<kDirections>(at.jerk[a], 3 + a);
+      q.snap[a] = constant<kDirections>(at.snap[a]);
     }
-    q.yaw = variable<kDynamicEntries>(at.yaw, 9);
-    q.yaw_rate = variable<kDynamicEntries>(at.yaw_rate, 10);
-    q.yaw_acceleration = variable<kDynamicEntries>(at.yaw_acceleration, 11);
+    q.yaw = variable<kDirections>(at.yaw, 6);
+    q.yaw_rate = variable<kDirections>(at.yaw_rate, 7);
+    q.yaw_acceleration = constant<kDirections>(at.yaw_acceleration);
 
     Pack rotor[4], rate = splat(0.0);
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -247,11 +272,11 @@ void curvature(const Constraints& constraints, const FlatSamples& flat, const Ei
       if (quantity < 4) rotor[quantity] = load(&weights(i, static_cast<int>(r)));
       if (rows[r].quantity == Quantity::kRateSquared) rate = load(&weights(i, static_cast<int>(r)));
     }
-    const D on_thrust = constant<kDynamicEntries>(0.25 * v.mass * (rotor[0] + rotor[1] + rotor[2] + rotor[3]));
-    const D on_x = constant<kDynamicEntries>(x * (rotor[0] - rotor[2]));
-    const D on_y = constant<kDynamicEntries>(y * (rotor[1] - rotor[3]));
-    const D on_z = constant<kDynamicEntries>(z * (rotor[1] + rotor[3] - rotor[0] - rotor[2]));
-    const D on_rate = constant<kDynamicEntries>(2.0 * rate);
+    const D on_thrust = constant<kDirections>(0.25 * v.mass * (rotor[0] + rotor[1] + rotor[2] + rotor[3]));
+    const D on_x = constant<kDirections>(x * (rotor[0] - rotor[2]));
+    const D on_y = constant<kDirections>(y * (rotor[1] - rotor[3]));
+    const D on_z = constant<kDirections>(z * (rotor[1] + rotor[3] - rotor[0] - rotor[2]));
+    const D on_rate = constant<kDirections>(2.0 * rate);
 
     const ThrustAxis<D> axis = thrust_axis(q, v.gravity);
     const BodyRate<D> b = body_rate(axis, q);
@@ -265,9 +290,10 @@ void curvature(const Constraints& constraints, const FlatSamples& flat, const Ei
     const D* gradient[kDynamicEntries] = {&acceleration[0], &acceleration[1], &acceleration[2], &g.jerk[0],
                                           &g.jerk[1],       &g.jerk[2],       &g.snap[0],       &g.snap[1],
                                           &g.snap[2],       &g.yaw,           &g.yaw_rate,      &g.yaw_acceleration};
-    for (int lane = 0; lane < Pack::kWidth; ++lane) {
+    for (int d = 0; d < kDirections; ++d) {
+      const int f = directions[d];
       for (int e = 0; e < kDynamicEntries; ++e) {
-        for (int f = 0; f < kDynamicEntries; ++f) hessians[i + lane](e, f) = gradient[e]->d[f].v[lane];
+        if (e >= f || e == 6 || e == 7 || e == 8) store(&hessians(i, dynamic_pair(e, f)), gradient[e]->d[d]);
       }
     }
   }

@@ -59,13 +59,18 @@ class Constraints {
 /// Tables of the basis at tau_i = i/count, i = 0..count-1: (count, 10) for each derivative 0..4.
 class SampleTable {
  public:
-  using Table = Eigen::Matrix<double, Eigen::Dynamic, kOrder, Eigen::RowMajor>;
+  using Table = Eigen::Matrix<double, Eigen::Dynamic, kOrder>;
+  static constexpr int kRow = 12;  // a row padded to full packs
+
   explicit SampleTable(int count);  // a multiple of Pack::kWidth
   int count() const { return static_cast<int>(tables_[0].rows()); }
   const Table& operator[](int derivative) const { return tables_[derivative]; }
+  /// The same numbers by rows of kRow.
+  const double* rows(int derivative) const { return rows_[derivative].data(); }
 
  private:
   std::array<Table, kGiven> tables_;
+  std::array<std::vector<double>, kGiven> rows_;
 };
 
 /// Flat outputs of all samples of a piece: derivative by time, (count, 4) each.
@@ -77,13 +82,15 @@ void sample_piece(const Ends& ends, double duration, const SampleTable& table, F
 void evaluate(const Constraints& constraints, const FlatSamples& flat, Eigen::MatrixXd& values);
 
 constexpr int kDynamicEntries = 12;  // acceleration, jerk, snap (x, y, z each), yaw and its two derivatives
+constexpr int kDynamicPairs = kDynamicEntries * (kDynamicEntries + 1) / 2;
 Entry dynamic_entry(int index);
+/// Place of an unordered pair of dynamic entries.
+constexpr int dynamic_pair(int e, int f) { return e >= f ? e * (e + 1) / 2 + f : f * (f + 1) / 2 + e; }
 
 /// Curvature of a weighted sum of the rows that depend on all of the dynamics: rotor thrusts and body rate.
-/// weights (count, rows); for each sample a symmetric matrix by the dynamic entries.
-using DynamicMatrix = Eigen::Matrix<double, kDynamicEntries, kDynamicEntries>;
+/// weights (count, rows); hessians (count, pairs): a symmetric matrix by the dynamic entries for each sample.
 void curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::MatrixXd& weights,
-               std::vector<DynamicMatrix>& hessians);
+               Eigen::MatrixXd& hessians);
 
 /// For each row (count, entries of the row): its gradient.
 void differentiate(const Constraints& constraints, const FlatSamples& flat, std::vector<Eigen::MatrixXd>& slopes);

@@ -3,20 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain.hpp"
 #include "pack.hpp"
-#include "skyline.hpp"
+#include "piece_system.hpp"
 
 namespace halfroll::planner {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr int kEnds = kOrder * kAxes;  // tau-derivatives of a piece, axis by axis
-constexpr int kTime = kEnds;           // place of the log of its duration
-constexpr int kLocal = 44;             // both, padded to full packs
-using LocalVector = Eigen::Matrix<double, kLocal, 1>;
-using LocalMatrix = Eigen::Matrix<double, kLocal, kLocal>;
 
 constexpr double kShiftSmall = 1e-3;      // mu is not reduced while shifts are larger
 constexpr double kDecrement = 10.0;       // mu is reduced once the Newton decrement is below this times mu
@@ -29,6 +24,7 @@ constexpr double kLong = 0.4;  // a step at least this long may end a stage of m
 
 /// All that is known of a piece at one point.
 struct PieceState {
+  FlatSamples flat;
   MatrixXd values;  // (samples, rows)
   MatrixXd slack;   // (samples, bounds) g + e
 };
@@ -40,6 +36,17 @@ struct Trial {
   double merit = 0.0;
 };
 
+/// Sum of logs, by the logs of products of sixteen: margins are far from the ends of the range of numbers.
+HALFROLL_WIDE double log_sum(const double* x, int count) {
+  double total = 0.0;
+  for (int i = 0; i < count;) {
+    Pack product = splat(1.0);
+    for (const int end = std::min(count, i + 16 * Pack::kWidth); i < end; i += Pack::kWidth) product = product * load(x + i);
+    for (int lane = 0; lane < Pack::kWidth; ++lane) total += std::log(product.v[lane]);
+  }
+  return total;
+}
+
 class InteriorPoint {
  public:
   InteriorPoint(const Problem& problem, const Constraints& constraints, const Tightening& tightening,
@@ -50,7 +57,8 @@ class InteriorPoint {
         settings_(settings),
         table_(settings.samples),
         unknowns_(problem),
-        hessian_(unknowns_.envelope()),
+        assembly_(constraints, table_),
+        hessian_(unknowns_.group()),
         bounds_(static_cast<int>(constraints.bounds().size())) {
     for (int k = 0; k < problem.pieces(); ++k) {
       for (int b = 0; b < bounds_; ++b) bound_.push_back(constraints.on_piece(b, problem.speed_max[k]));
@@ -107,9 +115,9 @@ class InteriorPoint {
 
   /// Values and g + e of a piece; false if something is not finite.
   bool evaluate_piece(Trial& trial, int k) {
-    sample_piece(unknowns_.ends(trial.point, trial.durations, k), trial.durations[k], table_, flat_);
     PieceState& piece = trial.pieces[k];
-    evaluate(constraints_, flat_, piece.values);
+    sample_piece(unknowns_.ends(trial.point, trial.durations, k), trial.durations[k], table_, piece.flat);
+    evaluate(constraints_, piece.flat, piece.values);
     if (!piece.values.allFinite()) return false;
     piece.slack.resize(piece.values.rows(), bounds_);
     for (int b = 0; b < bounds_; ++b) {
@@ -151,7 +159,9 @@ class InteriorPoint {
   double merit(const Trial& at) const {
     double logs = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
-      logs += at.pieces[k].slack.array().log().sum() + std::log(10.0 * (at.durations[k] - settings_.duration_min));
+      const MatrixXd& slack = at.pieces[k].slack;
+      logs += log_sum(slack.data(), static_cast<int>(slack.size()));
+      logs += std::log(10.0 * (at.durations[k] - settings_.duration_min));
     }
     return sum(at.durations) - mu_ * logs;
   }
@@ -159,186 +169,85 @@ class InteriorPoint {
   // ---- the linear system
 
   void assemble() {
-    hessian_.set_zero();
     gradient_ = VectorXd::Zero(unknowns_.size());
     for (int k = 0; k < problem_.pieces(); ++k) {
-      LocalMatrix H;
-      LocalVector b, pull = LocalVector::Zero();
-      const Ends z = unknowns_.ends(now_.point, now_.durations, k);
-      local_system(k, z, H, b);
-      if (settings_.curvature > 0.0) add_curvature(k, H, pull);
-      scatter(k, z, H, b, pull);
+      const double T = now_.durations[k], gap = T - settings_.duration_min;
+      const FlatSamples& flat = now_.pieces[k].flat;
+      differentiate(constraints_, flat, slopes_[k]);
+      weigh(k);
+      assembly_.assemble(flat, slopes_[k], T, stiffness_, force_, curved_, system_);
+      system_.time_gradient += T * (1.0 - mu_ / gap);
+      system_.time_time += std::max(0.0, T * (1.0 - time_dual_[k])) + T * T * time_dual_[k] / gap;
+      scatter(k);
     }
   }
 
-  /// Gauss-Newton matrix and gradient of the barrier of a piece by its tau-derivatives and log duration.
-  void local_system(int k, const Ends& z, LocalMatrix& H, LocalVector& b) {
-    const double T = now_.durations[k];
-    sample_piece(z, T, table_, flat_);
-    differentiate(constraints_, flat_, slopes_[k]);
-    const auto& rows = constraints_.rows();
-    weights(k);
-    double scale[kGiven] = {1.0};
-    for (int d = 1; d < kGiven; ++d) scale[d] = scale[d - 1] / T;
-    factor_.resize(kLocal, table_.count() * static_cast<int>(rows.size()));
-    b.setZero();
-    int used = 0;
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const MatrixXd& slope = slopes_[k][r];
-      for (int i = 0; i < table_.count(); ++i) {
-        auto J = factor_.col(used);
-        J.setZero();
-        for (std::size_t e = 0; e < rows[r].entries.size(); ++e) {
-          const auto [axis, order] = rows[r].entries[e];
-          const double g = slope(i, static_cast<int>(e));
-          J.template segment<kOrder>(axis * kOrder) += (g * scale[order]) * table_[order].row(i).transpose();
-          J[kTime] -= order * g * flat_[order](i, axis);
-        }
-        b += force_(i, static_cast<int>(r)) * J;
-        J *= std::sqrt(stiffness_(i, static_cast<int>(r)));
-        ++used;
-      }
-    }
-    H.setZero();
-    H.template selfadjointView<Eigen::Lower>().rankUpdate(factor_.leftCols(used));
-    H.template triangularView<Eigen::StrictlyUpper>() = H.transpose();
-    const double gap = T - settings_.duration_min;
-    b[kTime] += T * (1.0 - mu_ / gap);
-    H(kTime, kTime) += std::max(0.0, T * (1.0 - time_dual_[k])) + T * T * time_dual_[k] / gap;
-  }
-
-  /// Of each row and sample: z/g (stiffness) and -mu/g (force), summed over its bounds.
-  void weights(int k) {
+  /// Of each row and sample, summed over its bounds: z/g (stiffness), -mu/g (force), z times the share of curvature.
+  void weigh(int k) {
     const MatrixXd& slack = now_.pieces[k].slack;
     stiffness_.setZero(slack.rows(), static_cast<int>(constraints_.rows().size()));
     force_ = stiffness_;
+    if (settings_.curvature > 0.0) curved_ = stiffness_;
     for (int j = 0; j < bounds_; ++j) {
       const Bound& at = bound(k, j);
       const double c = at.sign / at.scale;
       stiffness_.col(at.row).array() += c * c * dual_[k].col(j).array() / slack.col(j).array();
       force_.col(at.row).array() -= c * mu_ / slack.col(j).array();
+      if (settings_.curvature > 0.0) curved_.col(at.row) -= settings_.curvature * c * dual_[k].col(j);
     }
   }
 
-  /// Second derivatives of the limited quantities, weighted by their multipliers, by tau-derivatives and log duration;
-  /// `pull` is the weighted first derivative, for the second derivatives of the map to the unknowns.
-  void add_curvature(int k, LocalMatrix& H, LocalVector& pull) {
-    const auto& rows = constraints_.rows();
-    force_.setZero();
-    for (int j = 0; j < bounds_; ++j) {
-      const Bound& at = bound(k, j);
-      force_.col(at.row).array() -= settings_.curvature * at.sign / at.scale * dual_[k].col(j).array();
-    }
-    curvature(constraints_, flat_, force_, hessians_);
-    double scale[kGiven] = {1.0};
-    for (int d = 1; d < kGiven; ++d) scale[d] = scale[d - 1] / now_.durations[k];
-    const int count = table_.count();
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      for (std::size_t e = 0; e < rows[r].entries.size(); ++e) {
-        const auto [axis, order] = rows[r].entries[e];
-        const VectorXd g = force_.col(static_cast<int>(r)).cwiseProduct(slopes_[k][r].col(static_cast<int>(e)));
-        const BasisRow along = scale[order] * (table_[order].transpose() * g);
-        pull.template segment<kOrder>(axis * kOrder) += along;
-        H.template block<kOrder, 1>(axis * kOrder, kTime) -= order * along;  // q = T^-r Q by tau-derivative and log T
-        H(kTime, kTime) += order * order * g.dot(flat_[order].col(axis));
-      }
-    }
-    MatrixXd by_time(count, kDynamicEntries);  // M times the change of q with log T
-    for (int i = 0; i < count; ++i) {
-      Eigen::Matrix<double, kDynamicEntries, 1> t;
-      for (int e = 0; e < kDynamicEntries; ++e) {
-        const auto [axis, order] = dynamic_entry(e);
-        t[e] = -order * flat_[order](i, axis);
-      }
-      const Eigen::Matrix<double, kDynamicEntries, 1> Mt = hessians_[i] * t;
-      by_time.row(i) = Mt;
-      H(kTime, kTime) += t.dot(Mt);
-    }
-    for (int e = 0; e < kDynamicEntries; ++e) {
-      const auto [axis, order] = dynamic_entry(e);
-      H.template block<kOrder, 1>(axis * kOrder, kTime) += scale[order] * (table_[order].transpose() * by_time.col(e));
-    }
-    H.template block<1, kEnds>(kTime, 0) = H.template block<kEnds, 1>(0, kTime).transpose();
-    add_axis_blocks(H, scale);
-  }
-
-  /// sum over samples of h_r M h_s' for each pair of axes.
-  void add_axis_blocks(LocalMatrix& H, const double* scale) {
-    const int count = table_.count();
-    std::array<std::array<int, 3>, kAxes> entries{};
-    for (int e = 0, seen[kAxes] = {}; e < kDynamicEntries; ++e) {
-      const int axis = dynamic_entry(e).axis;
-      entries[axis][seen[axis]++] = e;
-    }
-    Eigen::Matrix<double, Eigen::Dynamic, kOrder, Eigen::RowMajor> weighted(count, kOrder);
-    for (int a = 0; a < kAxes; ++a) {
-      for (int b = 0; b <= a; ++b) {
-        Eigen::Matrix<double, kOrder, kOrder> block = Eigen::Matrix<double, kOrder, kOrder>::Zero();
-        for (int e : entries[a]) {
-          const int r = dynamic_entry(e).order;
-          weighted.setZero();
-          for (int f : entries[b]) {
-            const int s = dynamic_entry(f).order;
-            for (int i = 0; i < count; ++i)
-              weighted.row(i) += (scale[r] * scale[s] * hessians_[i](e, f)) * table_[s].row(i);
-          }
-          block.noalias() += table_[r].transpose() * weighted;
-        }
-        H.template block<kOrder, kOrder>(a * kOrder, b * kOrder) += block;
-        if (a != b) H.template block<kOrder, kOrder>(b * kOrder, a * kOrder) += block.transpose();
-      }
-    }
-  }
-
-  /// From local to scaled unknowns, and into the whole system.
-  void scatter(int k, const Ends& z, const LocalMatrix& H, const LocalVector& b, const LocalVector& pull) {
+  /// From tau-derivatives to scaled unknowns, z = (T/h)^d x exp(alpha . u), and into the whole system.
+  void scatter(int k) {
+    const Ends z = unknowns_.ends(now_.point, now_.durations, k);
     const PieceMap map = unknowns_.map(now_.durations, k);
     const VectorXd& scale = unknowns_.scale();
-    int index[kEnds + 3];
-    double power[kEnds];
-    Eigen::Matrix<double, kLocal, 3> by_time = Eigen::Matrix<double, kLocal, 3>::Zero();
+    const int node = unknowns_.node(k), own = unknowns_.group()[k];
+    Front& front = hessian_.piece(k);
+    front = {};
+    const auto place = [](int row, int a) { return row / kGiven * kNode + a * kGiven + row % kGiven; };
+    Ends power;
     for (int a = 0; a < kAxes; ++a) {
       for (int row = 0; row < kOrder; ++row) {
-        const int i = a * kOrder + row;
-        index[i] = unknowns_.index(k, row, a);
-        power[i] = index[i] < 0 ? 0.0 : map.power(row, a) * scale[index[i]];
-        for (int j = 0; j < 3; ++j) by_time(i, j) = z(row, a) * map.alpha[j](row, a);
+        power(row, a) = map.power(row, a) * scale[node + place(row, a)];
+        gradient_[node + place(row, a)] += power(row, a) * system_.gradient[a][row];
+      }
+      for (int b = 0; b <= a; ++b) {
+        for (int row = 0; row < kOrder; ++row) {
+          for (int column = 0; column < kOrder; ++column) {
+            const int i = place(row, a), j = place(column, b);
+            front(std::min(i, j), std::max(i, j)) =
+                power(row, a) * power(column, b) * system_.block[a][b][row * PieceSystem::kRow + column];
+          }
+        }
       }
     }
-    by_time(kTime, 1) = 1.0;
-    double time_scale[3];
+    Ends along[3], product[3];  // change of z with each duration, and the matrix times it
+    double itself[3], crossed[3];
     for (int j = 0; j < 3; ++j) {
-      index[kEnds + j] = unknowns_.time_index(k, j);
-      time_scale[j] = index[kEnds + j] < 0 ? 0.0 : scale[index[kEnds + j]];
-      by_time.col(j) *= time_scale[j];
-    }
-    for (int i = 0; i < kEnds; ++i) {
-      if (index[i] < 0) continue;
-      gradient_[index[i]] += power[i] * b[i];
-      for (int j = 0; j <= i; ++j) {
-        if (index[j] >= 0) hessian_.add(index[i], index[j], power[i] * power[j] * H(i, j));
+      const int group = map.times[j].group;
+      if (group < 0 || group >= hessian_.groups()) continue;
+      const double unit = scale[unknowns_.time(group)];
+      itself[j] = group == own ? unit : 0.0;
+      along[j] = unit * map.times[j].alpha.cwiseProduct(z);
+      system_.multiply(along[j], product[j]);
+      double slope = itself[j] * system_.time_gradient;
+      crossed[j] = itself[j] * system_.time_time;
+      for (int a = 0; a < kAxes; ++a) {
+        for (int row = 0; row < kOrder; ++row) {
+          slope += along[j](row, a) * system_.gradient[a][row];
+          crossed[j] += along[j](row, a) * system_.by_time[a][row];
+          product[j](row, a) +=
+              itself[j] * system_.by_time[a][row] + unit * map.times[j].alpha(row, a) * system_.pull[a][row];
+          front(place(row, a), Chain::place(group)) = power(row, a) * product[j](row, a);
+        }
       }
-    }
-    Eigen::Matrix<double, kLocal, 3> H_time = H * by_time;
-    Eigen::Matrix3d times = by_time.transpose() * H_time;
-    for (int i = 0; i < kEnds; ++i) {  // z = (T/h)^d x exp(alpha . u)
-      const int a = i / kOrder, row = i % kOrder;
-      for (int j = 0; j < 3; ++j) {
-        const int at = index[kEnds + j];
-        if (at < 0) continue;
-        H_time(i, j) += map.alpha[j](row, a) * time_scale[j] * pull[i];
-        for (int l = 0; l < 3; ++l) times(j, l) += by_time(i, j) * pull[i] * map.alpha[l](row, a) * time_scale[l];
-      }
-    }
-    for (int j = 0; j < 3; ++j) {
-      const int at = index[kEnds + j];
-      if (at < 0) continue;
-      gradient_[at] += by_time.col(j).dot(b);
-      for (int i = 0; i < kEnds; ++i) {
-        if (index[i] >= 0) hessian_.add(at, index[i], power[i] * H_time(i, j));
-      }
-      for (int l = 0; l < 3; ++l) {  // tied neighbours are one unknown: both off-diagonal terms go to its diagonal
-        if (index[kEnds + l] == at || (index[kEnds + l] >= 0 && l < j)) hessian_.add(at, index[kEnds + l], times(j, l));
+      gradient_[unknowns_.time(group)] += slope;
+      for (int l = 0; l <= j; ++l) {
+        if (map.times[l].group < 0) continue;
+        const int one = Chain::place(group), other = Chain::place(map.times[l].group);
+        front(std::min(one, other), std::max(one, other)) =
+            along[l].cwiseProduct(product[j]).sum() + itself[l] * crossed[j];
       }
     }
   }
@@ -370,10 +279,8 @@ class InteriorPoint {
   /// Shorter and shorter along step_; the accepted point is left in trial_.
   bool search(double before) {
     length_ = 1.0;
-    for (int k = 0; k < problem_.pieces(); ++k) {
-      const double change = std::abs(step_[unknowns_.time_index(k, 1)]);
-      if (length_ * change > kLongestTimeStep) length_ = kLongestTimeStep / change;
-    }
+    const double change = step_.tail(now_.point.u.size()).cwiseAbs().maxCoeff();
+    if (change > kLongestTimeStep) length_ = kLongestTimeStep / change;
     for (int cut = 0; cut < kCuts; ++cut, length_ *= kCut) {
       trial_.point = unknowns_.moved(now_.point, step_, length_);
       trial_.durations = unknowns_.durations(trial_.point);
@@ -417,20 +324,17 @@ class InteriorPoint {
     time_dual_step_ = VectorXd(problem_.pieces());
     const auto& rows = constraints_.rows();
     for (int k = 0; k < problem_.pieces(); ++k) {
-      const Ends z = unknowns_.ends(now_.point, now_.durations, k);
       const double T = now_.durations[k];
-      Ends dz;
+      const FlatSamples& flat = now_.pieces[k].flat;
       double dlog_T = 0.0;
-      local_step(k, z, dz, dlog_T);
-      sample_piece(z, T, table_, flat_);
-      sample_piece(dz, T, table_, flat_step_);
+      sample_piece(local_step(k, dlog_T), T, table_, flat_step_);
+      for (int d = 1; d < kGiven; ++d) flat_step_[d] -= d * dlog_T * flat[d];
       const MatrixXd& slack = now_.pieces[k].slack;
       MatrixXd change = MatrixXd::Zero(slack.rows(), static_cast<int>(rows.size()));
       for (std::size_t r = 0; r < rows.size(); ++r) {
         for (std::size_t e = 0; e < rows[r].entries.size(); ++e) {
           const auto [axis, order] = rows[r].entries[e];
-          change.col(r).array() += slopes_[k][r].col(e).array() * (flat_step_[order].col(axis).array() -
-                                                                   order * dlog_T * flat_[order].col(axis).array());
+          change.col(r) += slopes_[k][r].col(e).cwiseProduct(flat_step_[order].col(axis));
         }
       }
       dual_step_[k].resize(slack.rows(), bounds_);
@@ -449,21 +353,19 @@ class InteriorPoint {
   }
 
   /// What the whole step changes in the tau-derivatives and the log duration of a piece.
-  void local_step(int k, const Ends& z, Ends& dz, double& dlog_T) const {
+  Ends local_step(int k, double& dlog_T) const {
     const PieceMap map = unknowns_.map(now_.durations, k);
-    dz.setZero();
-    for (int j = 0; j < 3; ++j) {
-      const int at = unknowns_.time_index(k, j);
-      if (at < 0) continue;
-      dz += step_[at] * map.alpha[j].cwiseProduct(z);
-      if (j == 1) dlog_T = step_[at];
+    const Ends z = unknowns_.ends(now_.point, now_.durations, k);
+    Ends dz;
+    dz.topRows<kGiven>() = Eigen::Map<const Node>(step_.data() + unknowns_.node(k));
+    dz.bottomRows<kGiven>() = Eigen::Map<const Node>(step_.data() + unknowns_.node(k + 1));
+    dz = dz.cwiseProduct(map.power).eval();
+    for (const PieceMap::Time& time : map.times) {
+      if (time.group < 0 || time.group >= hessian_.groups()) continue;
+      dz += step_[unknowns_.time(time.group)] * time.alpha.cwiseProduct(z);
     }
-    for (int a = 0; a < kAxes; ++a) {
-      for (int row = 0; row < kOrder; ++row) {
-        const int at = unknowns_.index(k, row, a);
-        if (at >= 0) dz(row, a) += map.power(row, a) * step_[at];
-      }
-    }
+    dlog_T = step_[unknowns_.time(unknowns_.group()[k])];
+    return dz;
   }
 
   const Problem& problem_;
@@ -472,7 +374,9 @@ class InteriorPoint {
   SolverSettings settings_;
   const SampleTable table_;
   const Unknowns unknowns_;
-  Skyline hessian_;
+  PieceAssembly assembly_;
+  PieceSystem system_;
+  Chain hessian_;
   const int bounds_;
   std::vector<Bound> bound_;  // by piece
 
@@ -484,10 +388,8 @@ class InteriorPoint {
   VectorXd time_dual_, time_dual_step_;
   std::vector<std::vector<MatrixXd>> slopes_;  // by piece and row
   VectorXd gradient_, step_;
-  FlatSamples flat_, flat_step_;
-  MatrixXd stiffness_, force_;
-  std::vector<DynamicMatrix> hessians_;
-  Eigen::Matrix<double, kLocal, Eigen::Dynamic> factor_;
+  FlatSamples flat_step_;
+  MatrixXd stiffness_, force_, curved_;  // (samples, rows) of the piece that is assembled
 };
 
 }  // namespace

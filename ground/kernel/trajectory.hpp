@@ -12,6 +12,7 @@ namespace halfroll::planner {
 constexpr int kOrder = 10;  // coefficients of a piece
 constexpr int kGiven = 5;   // derivatives 0..4 of a node
 constexpr int kAxes = 4;    // x, y, z, yaw
+constexpr int kNode = kGiven * kAxes;
 
 using Node = Eigen::Matrix<double, kGiven, kAxes>;  // derivatives by axes, SI
 using Ends = Eigen::Matrix<double, kOrder, kAxes>;  // tau-derivatives 0..4 at the start of a piece, then at its end

@@ -38,7 +38,6 @@ Unknowns::Unknowns(const Problem& problem) : problem_(problem) {
   const Trajectory& path = problem.start;
   const int pieces = path.pieces();
   group_.resize(pieces);
-  time_index_.resize(pieces);
   share_.resize(pieces);
   std::vector<double> group_time;
   for (int k = 0; k < pieces; ++k) {
@@ -46,31 +45,24 @@ Unknowns::Unknowns(const Problem& problem) : problem_(problem) {
     group_[k] = static_cast<int>(group_time.size()) - 1;
     group_time.back() += path.durations[k];
   }
-  start_.u.resize(static_cast<int>(group_time.size()));
-  for (std::size_t g = 0; g < group_time.size(); ++g) start_.u[static_cast<int>(g)] = std::log(group_time[g]);
+  const int groups = static_cast<int>(group_time.size());
+  start_.u = Eigen::Map<Eigen::ArrayXd>(group_time.data(), groups).log();
   for (int k = 0; k < pieces; ++k) share_[k] = path.durations[k] / group_time[group_[k]];
 
-  std::vector<double> scale;
+  scale_.setZero(kNode * (pieces + 1) + groups);
+  scale_.tail(groups).setConstant(0.3);
   for (int k = 0; k <= pieces; ++k) {
     const double h = node_time(path.durations, k);
     Node x = path.nodes[k];
-    node_index_.emplace_back();
-    for (int d = 0; d < kGiven; ++d) {
-      for (int a = 0; a < kAxes; ++a) {
-        const bool free = !problem.given[k](d, a);
-        node_index_[k](d, a) = free ? static_cast<int>(scale.size()) : -1;
-        if (!free) continue;
+    for (int a = 0; a < kAxes; ++a) {
+      for (int d = 0; d < kGiven; ++d) {
+        if (problem.given[k](d, a)) continue;
         x(d, a) *= std::pow(h, d);
-        scale.push_back(10.0 * h * h);
+        scale_[node(k) + a * kGiven + d] = 10.0 * h * h;
       }
     }
     start_.x.push_back(x);
-    if (k < pieces && (k + 1 == pieces || group_[k + 1] != group_[k])) {  // a leg's time comes after its inner nodes
-      for (int j = k; j >= 0 && group_[j] == group_[k]; --j) time_index_[j] = static_cast<int>(scale.size());
-      scale.push_back(0.3);
-    }
   }
-  scale_ = Eigen::Map<Eigen::VectorXd>(scale.data(), static_cast<int>(scale.size()));
 }
 
 double Unknowns::node_time(const std::vector<double>& durations, int node) const {
@@ -88,22 +80,20 @@ std::vector<double> Unknowns::durations(const Point& point) const {
 
 PieceMap Unknowns::map(const std::vector<double>& durations, int piece) const {
   PieceMap map;
-  for (Ends& alpha : map.alpha) alpha.setZero();
-  const int last = static_cast<int>(durations.size()) - 1;
+  const int last = static_cast<int>(durations.size()) - 1, own = group_[piece];
+  for (int j = 0; j < 3; ++j) map.times[j] = {own + j - 1, Ends::Zero()};
   for (int end = 0; end < 2; ++end) {
     const double ratio = durations[piece] / node_time(durations, piece + end);
     const bool outer = end == 0 ? piece == 0 : piece == last;
-    for (int d = 0; d < kGiven; ++d) {
+    const int neighbour = outer ? 1 : group_[end == 0 ? piece - 1 : piece + 1] - own + 1;
+    double power = 1.0;
+    for (int d = 0; d < kGiven; ++d, power *= ratio) {
       const int row = end * kGiven + d;
       for (int a = 0; a < kAxes; ++a) {
-        if (problem_.given[piece + end](d, a)) {
-          map.power(row, a) = 0.0;
-          map.alpha[1](row, a) = d;
-        } else {
-          map.power(row, a) = std::pow(ratio, d);
-          map.alpha[1](row, a) = outer ? 0.0 : 0.5 * d;
-          map.alpha[end == 0 ? 0 : 2](row, a) = outer ? 0.0 : -0.5 * d;
-        }
+        const bool given = problem_.given[piece + end](d, a);
+        map.power(row, a) = given ? 0.0 : power;
+        map.times[1].alpha(row, a) = given ? d : 0.5 * d;
+        if (!given) map.times[neighbour].alpha(row, a) -= 0.5 * d;
       }
     }
   }
@@ -143,41 +133,11 @@ Trajectory Unknowns::trajectory(const Point& point) const {
 
 Point Unknowns::moved(const Point& point, const Eigen::VectorXd& step, double length) const {
   Point moved = point;
-  for (std::size_t k = 0; k < moved.x.size(); ++k) {
-    for (int d = 0; d < kGiven; ++d) {
-      for (int a = 0; a < kAxes; ++a) {
-        const int i = node_index_[k](d, a);
-        if (i >= 0) moved.x[k](d, a) += length * step[i];
-      }
-    }
+  for (int k = 0; k < static_cast<int>(moved.x.size()); ++k) {
+    moved.x[k] += length * Eigen::Map<const Node>(step.data() + node(k));
   }
-  for (std::size_t k = 0; k < group_.size(); ++k) {
-    moved.u[group_[k]] = point.u[group_[k]] + length * step[time_index_[k]];
-  }
+  moved.u += length * step.tail(point.u.size());
   return moved;
-}
-
-int Unknowns::time_index(int piece, int neighbour) const {
-  const int k = piece + neighbour - 1;
-  return k < 0 || k >= static_cast<int>(time_index_.size()) ? -1 : time_index_[k];
-}
-
-std::vector<int> Unknowns::envelope() const {
-  std::vector<int> first(size());
-  for (int i = 0; i < size(); ++i) first[i] = i;
-  for (int k = 0; k < static_cast<int>(group_.size()); ++k) {
-    std::vector<int> touched;
-    for (int row = 0; row < kOrder; ++row) {
-      for (int a = 0; a < kAxes; ++a) touched.push_back(index(k, row, a));
-    }
-    for (int j = 0; j < 3; ++j) touched.push_back(time_index(k, j));
-    int lowest = size();
-    for (int i : touched) lowest = i < 0 ? lowest : std::min(lowest, i);
-    for (int i : touched) {
-      if (i >= 0) first[i] = std::min(first[i], lowest);
-    }
-  }
-  return first;
 }
 
 }  // namespace halfroll::planner

@@ -38,15 +38,20 @@ struct Point {
 
 /// How the tau-derivatives of a piece follow from the unknowns: rows as Ends.
 struct PieceMap {
+  struct Time {
+    int group;
+    Ends alpha;  // zero for groups that are not there
+  };
   Ends power;                 // dz/dx, 0 where given
-  std::array<Ends, 3> alpha;  // by u of the piece before, its own, the piece after
+  std::array<Time, 3> times;  // of the groups before, its own, after; neighbours in one group: all in its own
 };
 
+/// Order of the unknowns as in Chain: kNode a node (Node's columns), then one a group. Given ones have scale 0.
 class Unknowns {
  public:
   explicit Unknowns(const Problem& problem);
 
-  Point start() const { return start_; }
+  const Point& start() const { return start_; }
   std::vector<double> durations(const Point& point) const;
   Ends ends(const Point& point, const std::vector<double>& durations, int piece) const;
   PieceMap map(const std::vector<double>& durations, int piece) const;
@@ -54,24 +59,19 @@ class Unknowns {
   Point moved(const Point& point, const Eigen::VectorXd& step, double length) const;
 
   int size() const { return static_cast<int>(scale_.size()); }
-  /// Of row `row` (0..9, as Ends) and axis of a piece; -1: given.
-  int index(int piece, int row, int axis) const { return node_index_[piece + row / kGiven](row % kGiven, axis); }
-  /// Of the log time of the piece before (0), itself (1), after (2); -1: there is none.
-  int time_index(int piece, int neighbour) const;
-  int group(int piece) const { return group_[piece]; }
+  int node(int k) const { return kNode * k; }
+  int time(int group) const { return size() - static_cast<int>(start_.u.size()) + group; }
+  const std::vector<int>& group() const { return group_; }  // of each piece
   /// For steps of unit size to mean the same for every unknown.
   const Eigen::VectorXd& scale() const { return scale_; }
-  /// First column of each row of the Hessian.
-  std::vector<int> envelope() const;
 
  private:
   double node_time(const std::vector<double>& durations, int node) const;
 
   const Problem& problem_;
   Point start_;
-  std::vector<Eigen::Array<int, kGiven, kAxes>> node_index_;
-  std::vector<int> group_, time_index_;  // of each piece
-  std::vector<double> share_;            // of the piece in its group's time
+  std::vector<int> group_;
+  std::vector<double> share_;  // of the piece in its group's time
   Eigen::VectorXd scale_;
 };
 

@@ -54,9 +54,9 @@ TEST_CASE("the curvature is the slope of the gradient") {
   for (unsigned seed = 0; seed < 5; ++seed) {
     FlatSamples flat;
     sample_piece(random_piece(seed).ends(0), 0.7, table, flat);
-    std::vector<DynamicMatrix> hessians;
+    Eigen::MatrixXd hessians;
     curvature(constraints, flat, weights, hessians);
-    const double size = hessians[0].cwiseAbs().maxCoeff();
+    const double size = hessians.row(0).cwiseAbs().maxCoeff();
     for (int e = 0; e < kDynamicEntries; ++e) {
       const auto [axis, order] = dynamic_entry(e);
       const double step = 1e-5 * (1.0 + std::abs(flat[order](0, axis)));
@@ -64,10 +64,9 @@ TEST_CASE("the curvature is the slope of the gradient") {
       more[order](0, axis) += step;
       less[order](0, axis) -= step;
       for (int f = 0; f < kDynamicEntries; ++f) {
-        CHECK(std::abs((gradient(more, f) - gradient(less, f)) / (2.0 * step) - hessians[0](e, f)) < 1e-5 * size);
+        CHECK(std::abs((gradient(more, f) - gradient(less, f)) / (2.0 * step) - hessians(0, dynamic_pair(e, f))) < 1e-5 * size);
       }
     }
-    CHECK((hessians[0] - hessians[0].transpose()).cwiseAbs().maxCoeff() < 1e-10 * size);
   }
 }
 
