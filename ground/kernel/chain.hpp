@@ -1,5 +1,5 @@
-// Cholesky factorisation along time. Why: a piece couples the unknowns of its two nodes and the durations of its own and
-// the two neighbouring legs, and nothing else. So one small dense front goes from piece to piece, takes up what it
+// Cholesky factorisation along time. Why: a piece couples the unknowns of its two nodes and the durations of its own
+// and the two neighbouring legs, and nothing else. So one small dense front goes from piece to piece, takes up what it
 // finds and eliminates what it leaves behind: time and memory are linear in the number of pieces.
 //
 // Unknowns: kNode a node, node by node, then one a group of pieces that share one duration (groups rise by 0 or 1).
@@ -12,8 +12,8 @@
 
 namespace halfroll::planner {
 
-constexpr int kTimes = 2 * kNode;    // place of the durations in a front
-constexpr int kFront = kTimes + 4;   // padded to full packs
+constexpr int kTimes = 2 * kNode;   // place of the durations in a front
+constexpr int kFront = kTimes + 4;  // padded to full packs
 constexpr int kFrontUsed = kFront - 1;
 
 /// Upper triangle, by rows.

@@ -41,7 +41,8 @@ HALFROLL_WIDE double log_sum(const double* x, int count) {
   double total = 0.0;
   for (int i = 0; i < count;) {
     Pack product = splat(1.0);
-    for (const int end = std::min(count, i + 16 * Pack::kWidth); i < end; i += Pack::kWidth) product = product * load(x + i);
+    for (const int end = std::min(count, i + 16 * Pack::kWidth); i < end; i += Pack::kWidth)
+      product = product * load(x + i);
     for (int lane = 0; lane < Pack::kWidth; ++lane) total += std::log(product.v[lane]);
   }
   return total;

@@ -6,8 +6,8 @@
 
 // A function that is compiled twice, for every x86 processor and for those with AVX2 and FMA; the loader takes the one
 // that fits. All it calls is inlined into it. Sanitizers cannot run before the loader has chosen.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__clang__)
-#define HALFROLL_WIDE __attribute__((flatten, target_clones("arch=haswell", "default")))
+#if defined(__x86_64__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__SANITIZE_ADDRESS__)
+#define HALFROLL_WIDE __attribute__((flatten, target_clones("arch=x86-64-v3", "default")))
 #else
 #define HALFROLL_WIDE
 #endif
@@ -65,17 +65,16 @@ inline Pack sine(const Pack& x, long long quarter = 0) {
   const Pack::Lanes odd =
       r + r * z *
               (-1.0 / 6 +
-               z * (1.0 / 120 +
-                    z * (-1.0 / 5040 +
-                         z * (1.0 / 362880 +
-                              z * (-1.0 / 39916800 + z * (1.0 / 6227020800.0 - z * (1.0 / 1307674368000.0)))))));
+               z * (1.0 / 120 + z * (-1.0 / 5040 +
+                                     z * (1.0 / 362880 + z * (-1.0 / 39916800 + z * (1.0 / 6227020800.0 -
+                                                                                     z * (1.0 / 1307674368000.0)))))));
   const Pack::Lanes even =
-      1.0 + z * (-0.5 + z * (1.0 / 24 +
-                             z * (-1.0 / 720 +
-                                  z * (1.0 / 40320 +
-                                       z * (-1.0 / 3628800 +
-                                            z * (1.0 / 479001600 +
-                                                 z * (-1.0 / 87178291200.0 + z * (1.0 / 20922789888000.0))))))));
+      1.0 +
+      z * (-0.5 +
+           z * (1.0 / 24 + z * (-1.0 / 720 +
+                                z * (1.0 / 40320 + z * (-1.0 / 3628800 +
+                                                        z * (1.0 / 479001600 + z * (-1.0 / 87178291200.0 +
+                                                                                    z * (1.0 / 20922789888000.0))))))));
   const Pack::Lanes size = (quadrant & 1) != 0 ? even : odd;
   return {(quadrant & 2) != 0 ? -size : size};
 }

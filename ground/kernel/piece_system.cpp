@@ -130,6 +130,8 @@ void PieceAssembly::assemble(const FlatSamples& flat, const std::vector<Eigen::M
                              const Eigen::MatrixXd& stiff, const Eigen::MatrixXd& force, const Eigen::MatrixXd& curved,
                              PieceSystem& out) {
   out = {};
+  powers_[0] = 1.0;
+  for (int d = 1; d < kGiven; ++d) powers_[d] = powers_[d - 1] / duration;
   weigh_rows(slopes, stiff, force, curved);
   if (curved.size() > 0 && !dynamic_.empty()) {
     curvature(constraints_, flat, curved, hessians_);
@@ -139,8 +141,8 @@ void PieceAssembly::assemble(const FlatSamples& flat, const std::vector<Eigen::M
       }
     }
   }
-  carry_time(flat, duration, out);
-  carry_axes(duration, out);
+  carry_time(flat, out);
+  carry_axes(out);
 }
 
 void PieceAssembly::weigh_rows(const std::vector<Eigen::MatrixXd>& slopes, const Eigen::MatrixXd& stiff,
@@ -161,16 +163,17 @@ void PieceAssembly::weigh_rows(const std::vector<Eigen::MatrixXd>& slopes, const
 }
 
 /// A longer piece at the same tau-derivatives: q = T^-r Q, so dq/dlog T = -r q.
-void PieceAssembly::carry_time(const FlatSamples& flat, double duration, PieceSystem& out) {
+void PieceAssembly::carry_time(const FlatSamples& flat, PieceSystem& out) {
   const int entries = static_cast<int>(entries_.size());
   Eigen::VectorXd product(table_.count());
   for (int e = 0; e < entries; ++e) {
     const auto [axis, order] = entries_[e];
-    const double scale = std::pow(duration, -order);
+    const double scale = powers_[order];
     product = -order * pull_.col(e);
     for (int f = 0; f < entries; ++f) {
       if (entries_[f].order == 0) continue;
-      product -= entries_[f].order * matrix_.col(pair(e, f)).cwiseProduct(flat[entries_[f].order].col(entries_[f].axis));
+      product -=
+          entries_[f].order * matrix_.col(pair(e, f)).cwiseProduct(flat[entries_[f].order].col(entries_[f].axis));
     }
     add_combination(table_.rows(order), product.data(), scale, table_.count(), out.by_time[axis]);
     add_combination(table_.rows(order), gradient_.col(e).data(), scale, table_.count(), out.gradient[axis]);
@@ -181,7 +184,7 @@ void PieceAssembly::carry_time(const FlatSamples& flat, double duration, PieceSy
 }
 
 /// block[a][b] = sum over entries e of a, f of b, and samples: h_e M_ef h_f'
-void PieceAssembly::carry_axes(double duration, PieceSystem& out) {
+void PieceAssembly::carry_axes(PieceSystem& out) {
   const int entries = static_cast<int>(entries_.size()), count = table_.count();
   inner_.resize(count * kRow);
   for (int e = 0; e < entries; ++e) {
@@ -191,7 +194,7 @@ void PieceAssembly::carry_axes(double duration, PieceSystem& out) {
       for (int f = 0; f < entries; ++f) {
         if (entries_[f].axis != b) continue;
         any = true;
-        const double scale = std::pow(duration, -entries_[e].order - entries_[f].order);
+        const double scale = powers_[entries_[e].order] * powers_[entries_[f].order];
         add_weighted_rows(table_.rows(entries_[f].order), matrix_.col(pair(e, f)).data(), scale, count, inner_.data());
       }
       if (any) add_product(table_.rows(entries_[e].order), inner_.data(), count, out.block[entries_[e].axis][b]);

@@ -36,8 +36,8 @@ class PieceAssembly {
   int pair(int e, int f) const { return e >= f ? e * (e + 1) / 2 + f : f * (f + 1) / 2 + e; }
   void weigh_rows(const std::vector<Eigen::MatrixXd>& slopes, const Eigen::MatrixXd& stiff,
                   const Eigen::MatrixXd& force, const Eigen::MatrixXd& curved);
-  void carry_time(const FlatSamples& flat, double duration, PieceSystem& out);
-  void carry_axes(double duration, PieceSystem& out);
+  void carry_time(const FlatSamples& flat, PieceSystem& out);
+  void carry_axes(PieceSystem& out);
 
   const Constraints& constraints_;
   const SampleTable& table_;
@@ -47,6 +47,7 @@ class PieceAssembly {
   // At samples: matrix (samples, pairs of entries); gradient and pull (samples, entries).
   Eigen::MatrixXd matrix_, gradient_, pull_, hessians_;
   std::vector<double> inner_;
+  std::array<double, kGiven> powers_{};  // of 1/duration
 };
 
 }  // namespace halfroll::planner

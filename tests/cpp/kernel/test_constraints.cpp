@@ -64,7 +64,8 @@ TEST_CASE("the curvature is the slope of the gradient") {
       more[order](0, axis) += step;
       less[order](0, axis) -= step;
       for (int f = 0; f < kDynamicEntries; ++f) {
-        CHECK(std::abs((gradient(more, f) - gradient(less, f)) / (2.0 * step) - hessians(0, dynamic_pair(e, f))) < 1e-5 * size);
+        CHECK(std::abs((gradient(more, f) - gradient(less, f)) / (2.0 * step) - hessians(0, dynamic_pair(e, f))) <
+              1e-5 * size);
       }
     }
   }
