@@ -46,9 +46,9 @@ Outputs Autopilot::step(const Inputs& in) {
   t_us_ = started_ ? t_us_ + kStepUs : 0;
   started_ = true;
   exchange(in.link);  // commands, missions, setpoints
-  imu_ = in.imu;
+  imu_ = in.measured.imu;
   battery_ = in.battery;
-  estimate_ = estimator_.step(t_us_, in.imu, in.pose, params_);
+  estimate_ = estimator_.step(t_us_, in.measured.imu, in.measured.pose, params_);
   if (t_us_ % kReferenceUs == 0) navigate();                       // 100 Hz: mode -> setpoint_
   if (mode_ == Mode::kOffboard) follow_link();                     // at once: link -> setpoint_
   reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);  // to this millisecond

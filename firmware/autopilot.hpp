@@ -41,8 +41,7 @@ struct LinkOutputs {
 };
 
 struct Inputs {
-  Imu imu;
-  std::optional<PoseFix> pose;
+  Measurements measured;
   Battery battery;
   LinkInputs link;
 };

@@ -18,7 +18,11 @@ PoseFix take_pose(const Scenario& scenario, Sensors& sensors, std::uint64_t t_us
   const Vec3d half = 0.5 * (sensors.attitude_wander + normal3(sensors.noise, scenario.attitude_noise));
   const Eigen::Vector4d q = product(body.q_WB, {1.0, half.x(), half.y(), half.z()}).normalized();
   const auto f = [](double x) { return static_cast<float>(x); };
-  return {t_us, p_WB.cast<float>(), {f(q[0]), f(q[1]), f(q[2]), f(q[3])}};
+  PoseFix pose;
+  pose.t_us = t_us;
+  pose.p_WB = p_WB.cast<float>();
+  pose.q_WB = {f(q[0]), f(q[1]), f(q[2]), f(q[3])};
+  return pose;
 }
 
 }  // namespace
@@ -30,9 +34,9 @@ Sensors make_sensors(const Scenario& scenario, std::uint64_t seed) {
   return sensors;
 }
 
-Readings read(const Scenario& scenario, Sensors& sensors, std::uint64_t t_us, const RigidBody& body,
-              const Vec3d& specific_force_B) {
-  Readings readings;
+Measurements read(const Scenario& scenario, Sensors& sensors, std::uint64_t t_us, const RigidBody& body,
+                  const Vec3d& specific_force_B) {
+  Measurements readings;
   readings.imu.w_WB_B = (body.w_WB_B + normal3(sensors.noise, scenario.gyro_noise)).cast<float>();
   readings.imu.specific_force_B =
       (specific_force_B + normal3(sensors.noise, scenario.accelerometer_noise)).cast<float>();

@@ -3,7 +3,6 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <optional>
 
 #include "core/types.hpp"
 #include "sim/noise.hpp"
@@ -11,12 +10,6 @@
 #include "sim/scenario.hpp"
 
 namespace halfroll::sim {
-
-/// What the autopilot gets at one millisecond.
-struct Readings {
-  Imu imu;
-  std::optional<PoseFix> pose;
-};
 
 /// Memory of the sensors: the random stream, the slow attitude error, poses taken but not yet delivered.
 struct Sensors {
@@ -31,7 +24,7 @@ struct Sensors {
 Sensors make_sensors(const Scenario& scenario, std::uint64_t seed);
 
 /// Read gyro and accelerometer now, take a pose if one is due, deliver one that is old enough.
-Readings read(const Scenario& scenario, Sensors& sensors, std::uint64_t t_us, const RigidBody& body,
-              const Vec3d& specific_force_B);
+Measurements read(const Scenario& scenario, Sensors& sensors, std::uint64_t t_us, const RigidBody& body,
+                  const Vec3d& specific_force_B);
 
 }  // namespace halfroll::sim

@@ -20,7 +20,7 @@ struct World {
   Rotors rotors;
   Contact contact;
   Sensors sensors;
-  Readings readings;
+  Measurements readings;
 };
 
 /// At time 0: standing at the origin with rotors at rest, or wherever `body` and `rotors` say.

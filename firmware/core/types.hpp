@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <tuple>
 
 namespace halfroll {
@@ -27,11 +28,48 @@ struct Imu {
   bool operator==(const Imu& o) const { return w_WB_B == o.w_WB_B && specific_force_B == o.specific_force_B; }
 };
 
-/// A pose from outside (motion capture): taken at t_us, usually delivered later.
+// What comes besides was taken at t_us and is usually delivered later. A deviation is one sigma per axis; 0 says that
+// the sensor does not know it, and a parameter stands in.
+
+/// A pose from outside: motion capture on board the loop, or by link.
 struct PoseFix {
   std::uint64_t t_us = 0;
   Vec3 p_WB = Vec3::Zero();
   Quat q_WB;
+  Vec3 position_deviation = Vec3::Zero();  // [m], along W
+  Vec3 attitude_deviation = Vec3::Zero();  // [rad], about W
+  std::uint8_t resets = 0;                 // of the source's own origin, counted by the source
+};
+
+/// A satellite fix, already in W.
+struct GpsFix {
+  std::uint64_t t_us = 0;
+  Vec3 p_WB = Vec3::Zero();
+  Vec3 v_WB = Vec3::Zero();
+  float horizontal_deviation = 0.F;  // [m]
+  float vertical_deviation = 0.F;    // [m]
+  float speed_deviation = 0.F;       // [m/s]
+};
+
+/// Height by pressure: right up to an offset that wanders slowly with the weather.
+struct BarometerSample {
+  std::uint64_t t_us = 0;
+  float height = 0.F;  // [m] above the local origin
+};
+
+/// The earth's field, in any unit: only its direction counts.
+struct MagnetometerSample {
+  std::uint64_t t_us = 0;
+  Vec3 field_B = Vec3::Zero();
+};
+
+/// All that the sensors say in one millisecond.
+struct Measurements {
+  Imu imu;
+  std::optional<PoseFix> pose;
+  std::optional<GpsFix> gps;
+  std::optional<BarometerSample> barometer;
+  std::optional<MagnetometerSample> magnetometer;
 };
 
 /// What the estimator believes now.

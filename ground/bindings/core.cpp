@@ -48,7 +48,11 @@ void bind_values(py::module_& m) {
 
   py::class_<PoseFix>(m, "PoseFix", "A pose from outside, sampled at t_us.")
       .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB) {
-             return PoseFix{t_us, p_WB, to_quat(q_WB)};
+             PoseFix fix;
+             fix.t_us = t_us;
+             fix.p_WB = p_WB;
+             fix.q_WB = to_quat(q_WB);
+             return fix;
            }),
            "t_us"_a, "p_WB"_a, "q_WB"_a)
       .def_readonly("t_us", &PoseFix::t_us)

@@ -47,8 +47,8 @@ class BoundAutopilot {
   BoundOutputs step(const Vec3& w_WB_B, const Vec3& specific_force_B, const std::optional<PoseFix>& pose,
                     const py::bytes& rx, int link, int slot) {
     Inputs in;
-    in.imu = {w_WB_B, specific_force_B};
-    in.pose = pose;
+    in.measured.imu = {w_WB_B, specific_force_B};
+    in.measured.pose = pose;
     const std::string bytes = rx;
     const link::Datagram received = datagram(bytes, link, slot);
     in.link = with_storage(link_inputs(received), storing_);
@@ -81,11 +81,14 @@ class BoundAutopilot {
     py::gil_scoped_release release;
     Inputs in;
     for (py::ssize_t i = 0; i < steps; ++i, sample += 6, thrust += 4) {
-      in.imu = {Vec3(sample), Vec3(sample + 3)};
-      in.pose.reset();
+      in.measured.imu = {Vec3(sample), Vec3(sample + 3)};
+      in.measured.pose.reset();
       if (pose != nullptr && !std::isnan(pose[7 * i])) {
         const float* p = pose + 7 * i;
-        in.pose = PoseFix{autopilot_.t_us() + 1000, Vec3(p), {p[3], p[4], p[5], p[6]}};
+        in.measured.pose.emplace();
+        in.measured.pose->t_us = autopilot_.t_us() + 1000;
+        in.measured.pose->p_WB = Vec3(p);
+        in.measured.pose->q_WB = {p[3], p[4], p[5], p[6]};
       }
       const Outputs out = autopilot_.step(in);
       std::copy(out.rotors.thrust.begin(), out.rotors.thrust.end(), thrust);
@@ -98,8 +101,7 @@ class BoundAutopilot {
     py::gil_scoped_release release;
     Inputs in;
     for (std::size_t i = 0; i < steps; ++i) {
-      in.imu = world.world().readings.imu;
-      in.pose = world.world().readings.pose;
+      in.measured = world.world().readings;
       world.step(autopilot_.step(in).rotors.thrust);
     }
   }

@@ -67,8 +67,7 @@ void Simulation::run() {
 /// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next.
 void Simulation::step(bool listening) {
   Inputs in;
-  in.imu = world_.readings.imu;
-  in.pose = world_.readings.pose;
+  in.measured = world_.readings;
   if (listening) in.link = hear();
   in.link.wall_us = host::wall_us();
   in.link.stored = stored_;

@@ -99,7 +99,12 @@ Errors errors_of(const Motion& motion, const Sensors& sensors, double from_s, do
   return sum;
 }
 
-PoseFix pose_at(std::uint64_t t_us, const Vec3& p = Vec3::Zero()) { return {t_us, p, Quat{}}; }
+PoseFix pose_at(std::uint64_t t_us, const Vec3& p = Vec3::Zero()) {
+  PoseFix pose;
+  pose.t_us = t_us;
+  pose.p_WB = p;
+  return pose;
+}
 const Imu kResting{Vec3::Zero(), Vec3(0.F, 0.F, 9.81F)};
 
 }  // namespace

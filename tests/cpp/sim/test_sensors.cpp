@@ -50,7 +50,7 @@ TEST_CASE("normal numbers have mean 0, variance 1, no skew, and a normal share b
 
 TEST_CASE("noise of the nominal scenario has the sizes it claims") {
   Spread gyro, accelerometer, position, attitude;
-  stand(kNominal, 3, 400000, [&](std::uint64_t, const Readings& r) {
+  stand(kNominal, 3, 400000, [&](std::uint64_t, const Measurements& r) {
     gyro.add(r.imu.w_WB_B.y());
     accelerometer.add(r.imu.specific_force_B.z() - 9.81F);
     if (r.pose) position.add(r.pose->p_WB.x()), attitude.add(2 * r.pose->q_WB.x);
@@ -65,7 +65,7 @@ TEST_CASE("noise of the nominal scenario has the sizes it claims") {
 
 TEST_CASE("the slow attitude error forgets itself within its correlation time") {
   std::vector<double> x;
-  stand(kNominal, 5, 2000000, [&](std::uint64_t, const Readings& r) {
+  stand(kNominal, 5, 2000000, [&](std::uint64_t, const Measurements& r) {
     if (r.pose) x.push_back(r.pose->q_WB.z);
   });
   const auto correlation = [&](std::size_t lag) {
@@ -97,7 +97,7 @@ TEST_CASE("a pose is delivered late and carries the time it was taken") {
 }
 
 TEST_CASE("the ideal scenario shows the truth at once") {
-  stand(kIdeal, 9, 100, [](std::uint64_t t_us, const Readings& r) {
+  stand(kIdeal, 9, 100, [](std::uint64_t t_us, const Measurements& r) {
     CHECK(r.imu.w_WB_B.norm() == 0.0F);
     CHECK(r.imu.specific_force_B.z() == 9.81F);
     CHECK(r.pose.has_value() == (t_us % 10000 == 0));
