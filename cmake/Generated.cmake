@@ -1,4 +1,4 @@
-# What is made at build time and never committed: MAVLink headers (and the ground's dialect), the table of shipped vehicles.
+# What is made at build time and never committed: MAVLink headers (and the ground's dialect), the tables of shipped vehicles and scenarios.
 set(HALFROLL_GENERATED ${CMAKE_BINARY_DIR}/generated)
 
 add_custom_command(
@@ -11,10 +11,13 @@ add_library(mavlink INTERFACE)
 add_dependencies(mavlink mavlink_dialect)
 target_include_directories(mavlink SYSTEM INTERFACE ${HALFROLL_GENERATED}/mavlink)
 
-file(GLOB HALFROLL_VEHICLES CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/ground/halfroll/vehicles/*.toml)
-add_custom_command(
-  OUTPUT ${HALFROLL_GENERATED}/vehicles/shipped_vehicles.inc
-  COMMAND ${Python_EXECUTABLE} ${CMAKE_SOURCE_DIR}/cmake/vehicle_table.py ${HALFROLL_GENERATED}/vehicles/shipped_vehicles.inc ${HALFROLL_VEHICLES}
-  DEPENDS ${CMAKE_SOURCE_DIR}/cmake/vehicle_table.py ${HALFROLL_VEHICLES}
-  COMMENT "Generating the table of shipped vehicles" VERBATIM)
-add_custom_target(vehicle_table DEPENDS ${HALFROLL_GENERATED}/vehicles/shipped_vehicles.inc)
+foreach(table IN ITEMS vehicle scenario)
+  string(TOUPPER ${table} word)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/ground/halfroll/${table}s/*.toml)
+  add_custom_command(
+    OUTPUT ${HALFROLL_GENERATED}/${table}s/shipped_${table}s.inc
+    COMMAND ${Python_EXECUTABLE} ${CMAKE_SOURCE_DIR}/cmake/number_tables.py ${word} ${HALFROLL_GENERATED}/${table}s/shipped_${table}s.inc ${files}
+    DEPENDS ${CMAKE_SOURCE_DIR}/cmake/number_tables.py ${files}
+    COMMENT "Generating the table of shipped ${table}s" VERBATIM)
+  add_custom_target(${table}_table DEPENDS ${HALFROLL_GENERATED}/${table}s/shipped_${table}s.inc)
+endforeach()

@@ -52,14 +52,17 @@ Load ground_load(const Plant& plant, const Contact& contact, const RigidBody& bo
 }
 
 void settle(const Plant& plant, Contact& contact, const RigidBody& body) {
+  const bool touched = contact.any_touching;
+  contact.any_touching = false;
   if (out_of_reach(plant, body)) {
-    contact = Contact{};
+    if (touched) contact.points = {};
     return;
   }
   const Eigen::Matrix3d R_WB = rotation(body.q_WB);
   for (int i = 0; i < kContactPoints; ++i) {
     Contact::Point& point = contact.points[static_cast<std::size_t>(i)];
-    const Vec3d p_W = body.p_WB + R_WB * point_B(plant, i);
+    const Vec3d arm_B = point_B(plant, i);
+    const Vec3d p_W = body.p_WB + R_WB * arm_B;
     const double depth = ground_z(plant) - p_W.z();
     const Eigen::Vector2d stretch = p_W.head<2>() - point.anchor;
     const double longest = plant.friction * std::max(0.0, depth), length = stretch.norm();
@@ -67,9 +70,13 @@ void settle(const Plant& plant, Contact& contact, const RigidBody& body) {
       point = Contact::Point{};
     } else if (!point.touching) {
       point = {true, p_W.head<2>()};
+      const double speed = -(body.v_WB + R_WB * body.w_WB_B.cross(arm_B)).z();
+      contact.hardest_impact = std::max(contact.hardest_impact, speed);
+      contact.crashed = contact.crashed || speed > plant.crash_speed || i >= 4;
     } else if (length > longest) {  // sliding: the spring keeps pulling with full friction
       point.anchor += stretch * (1.0 - longest / length);
     }
+    contact.any_touching = contact.any_touching || point.touching;
   }
 }
 

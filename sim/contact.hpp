@@ -12,23 +12,33 @@ namespace halfroll::sim {
 /// Four feet below the arms and, so that a vehicle on its back lies still too, four points as high above.
 inline constexpr int kContactPoints = 8;
 
-/// Where each touching point sticks to the ground.
+/// Where each touching point sticks to the ground, and how hard the ground was met so far.
 struct Contact {
   struct Point {
     bool touching = false;
     Eigen::Vector2d anchor = Eigen::Vector2d::Zero();  // world x, y
   };
   std::array<Point, kContactPoints> points = {};
+  bool any_touching = false;
+  double hardest_impact = 0.0;  // [m/s], downwards, of a point that touched down
+  bool crashed = false;         // met the ground faster than Plant::crash_speed, or on its back
 };
 
 /// Height of the ground in W.
 double ground_z(const Plant& plant);
 
+/// Whether any point could touch within a substep.
+inline bool near_ground(const Plant& plant, const RigidBody& body) {
+  constexpr double kSpare = 0.1;  // [m]
+  return body.p_WB.z() < ground_z(plant) + plant.leg_height + plant.foot_radius + kSpare;
+}
+
 /// Push of the ground: spring and damper upwards, never downwards; sideways spring and damper to the anchor, at most
-/// friction times the push.
+/// friction times the push. `plant.mass` stands for the vehicle's own, whatever it carries.
 Load ground_load(const Plant& plant, const Contact& contact, const RigidBody& body);
 
-/// Set the anchor of a point that has just touched down, drag along that of a sliding one, lift that of a free one.
+/// Set the anchor of a point that has just touched down, drag along that of a sliding one, lift that of a free one;
+/// note impacts.
 void settle(const Plant& plant, Contact& contact, const RigidBody& body);
 
 }  // namespace halfroll::sim

@@ -1,60 +1,162 @@
 #include "sim/world.hpp"
 
+#include <tuple>
+
+#include "sim/airframe.hpp"
+
 namespace halfroll::sim {
 namespace {
 
-/// Everything that pushes the body, gravity excepted: what an accelerometer feels.
-Load felt_load(const Plant& plant, const Scenario& scenario, const BodyLoad& rotors, const Contact& contact,
-               const RigidBody& body) {
-  Load sum = ground_load(plant, contact, body);
-  sum.force_W += rotation(body.q_WB).col(2) * rotors.thrust;
-  if (scenario.drag) sum.force_W -= plant.drag_N_s_m * body.v_WB;
-  sum.torque_B += rotors.torque_B;
-  return sum;
+double spin_of(const Model& model, const PerRotor& speed) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) sum -= kTorqueSign[i] * speed[i];  // a rotor turns against its drag torque
+  return model.spin * sum;
 }
 
-void measure(const Plant& plant, const Scenario& scenario, World& world) {
-  const Load felt = felt_load(plant, scenario, load(plant, world.rotors), world.contact, world.body);
-  const Vec3d specific_force_B = rotation(world.body.q_WB).transpose() * felt.force_W / plant.mass;
-  world.readings = read(scenario, world.sensors, world.t_us, world.body, specific_force_B);
+Surroundings surroundings(const Model& model, const World& world) {
+  Surroundings around;
+  around.wind_W = world.wind.velocity_W;
+  around.rotor_speed = world.rotors.speed;
+  if (model.spin > 0.0) around.spin = spin_of(model, world.rotors.speed);
+  around.near_ground = near_ground(model.plant, world.body);
+  return around;
+}
+
+RotorCondition condition_of(const Model& model, const World& world) {
+  RotorCondition condition;
+  if (model.plant.battery_full_V > 0.0) {
+    condition.speed_ceiling = speed_ceiling(model, world.battery);
+    condition.sound = false;
+  }
+  if (!model.has_faults) return condition;
+  const double t_s = 1e-6 * static_cast<double>(world.t_us);
+  for (const Fault& fault : model.scenario.faults) {
+    if (!fault.active(t_s)) continue;
+    switch (fault.kind) {
+      case Fault::Kind::kWeakRotor: condition.share[fault.rotor] *= fault.share; break;
+      case Fault::Kind::kStuckRotor: condition.stuck[fault.rotor] = true; break;
+      case Fault::Kind::kDeadRotor: condition.dead[fault.rotor] = true; break;
+      default: continue;
+    }
+    condition.sound = false;
+  }
+  return condition;
+}
+
+/// The frame's own place and motion; the sensors sit in its middle, off the common centre of mass if there is a load.
+Truth truth_of(const Model& model, const World& world) {
+  const RigidBody& body = world.body;
+  const Load felt =
+      felt_load(model, surroundings(model, world), world.contact, rotor_load(model, world.rotors.thrust), body);
+  const Eigen::Matrix3d R_WB = rotation(body.q_WB);
+  Truth truth;
+  truth.t_us = world.t_us;
+  truth.p_W = body.p_WB;
+  truth.v_W = body.v_WB;
+  truth.q_WB = body.q_WB;
+  truth.w_B = body.w_WB_B;
+  truth.specific_force_B = R_WB.transpose() * felt.force_W * model.inertia.per_mass();
+  if (model.scenario.payload.mass > 0.0) {
+    const Vec3d lever = -model.centre, w = body.w_WB_B;
+    truth.p_W += R_WB * lever;
+    truth.v_W += R_WB * w.cross(lever);
+    truth.specific_force_B += model.inertia.turned(w, felt.torque_B).cross(lever) + w.cross(w.cross(lever));
+  }
+  truth.nominal_rotor_speed_rad_s = model.plant.rotor_speed_rad_s;
+  for (std::size_t i = 0; i < 4; ++i) {
+    truth.rotor_speed_rad_s[i] = model.plant.rotor_speed_rad_s * world.rotors.speed[i];
+  }
+  return truth;
+}
+
+void measure(const Model& model, World& world) {
+  world.readings = read(model.scenario, world.random, world.sensors, truth_of(model, world));
+}
+
+void substep(const Model& model, World& world, int number, const RotorCondition& condition) {
+  const PerRotor speed = world.rotors.speed;
+  const ThrustHistory thrust = advance(model.rotors, world.rotors, number, condition);
+  const BodyLoad begin = rotor_load(model, thrust.begin), middle = rotor_load(model, thrust.middle),
+                 end = rotor_load(model, thrust.end);
+  Surroundings around = surroundings(model, world);
+  if (model.spin > 0.0) {
+    const double before = spin_of(model, speed);
+    around.spin_rate = (around.spin - before) / kSubstep;
+    around.spin = 0.5 * (around.spin + before);
+  }
+  const double weight = model.inertia.mass() * model.plant.gravity;
+  rk4(
+      model.inertia, world.body,
+      [&](const RigidBody& body, Moment moment) {
+        const BodyLoad& rotors = moment == Moment::kBegin ? begin : moment == Moment::kMiddle ? middle : end;
+        Load sum = felt_load(model, around, world.contact, rotors, body);
+        sum.force_W.z() -= weight;
+        return sum;
+      },
+      kSubstep);
+  if (around.near_ground || world.contact.any_touching) settle(model.plant, world.contact, world.body);
 }
 
 }  // namespace
 
-World start(const Plant& plant, const Scenario& scenario, std::uint64_t seed, const RigidBody& body,
-            const Rotors& rotors) {
+World start(const Model& model, std::uint64_t seed, const RigidBody& body, const Rotors& rotors) {
   World world;
+  world.random.seed = seed;
   world.body = body;
   world.rotors = rotors;
-  world.sensors = make_sensors(scenario, seed);
-  settle(plant, world.contact, world.body);
-  measure(plant, scenario, world);
+  world.wind = model.wind.start(world.random);
+  world.battery = full_battery(model);
+  world.sensors = make_sensors(model.scenario, world.random);
+  settle(model.plant, world.contact, world.body);
+  world.contact.hardest_impact = 0.0;
+  measure(model, world);
   return world;
 }
 
-World step(const Plant& plant, const Scenario& scenario, World world, const RotorCommands& commands) {
+World start(const Model& model, std::uint64_t seed, const RigidBody& body) {
+  return start(model, seed, body, steady(model.plant, {}));
+}
+
+void step(const Model& model, World& world, const RotorCommands& commands) {
   issue(world.rotors, commands);
-  for (int substep = 0; substep < kSubsteps; ++substep) {
-    advance(plant, world.rotors, substep);
-    const BodyLoad rotors = load(plant, world.rotors);
-    const auto load_of = [&](const RigidBody& body) {
-      Load sum = felt_load(plant, scenario, rotors, world.contact, body);
-      sum.force_W.z() -= plant.mass * plant.gravity;
-      return sum;
-    };
-    world.body = rk4(plant, world.body, load_of, kSubstep);
-    settle(plant, world.contact, world.body);
+  const RotorCondition condition = condition_of(model, world);
+  for (int number = 0; number < kSubsteps; ++number) substep(model, world, number, condition);
+  if (model.plant.battery_full_V > 0.0) {
+    drain(model, world.battery, rotor_power(model, world.rotors.thrust), kSubsteps * kSubstep);
   }
   world.t_us += kStepUs;
-  measure(plant, scenario, world);
-  return world;
+  if (model.wind.blows()) model.wind.advance(world.wind, world.random, world.t_us);
+  measure(model, world);
 }
 
-World restart_clock(const Plant& plant, const Scenario& scenario, World world) {
+void restart_clock(const Model& model, World& world) {
   world.t_us = 0;
-  world.sensors.delivered = world.sensors.taken;
-  measure(plant, scenario, world);
-  return world;
+  world.sensors.poses.clear();
+  world.sensors.fixes.clear();
+  measure(model, world);
+}
+
+bool same_state(const World& a, const World& b) {
+  const auto state = [](const World& w) {
+    const auto& [p, v, q, rate] = w.body;
+    const auto& s = w.sensors;
+    return std::tie(w.t_us, w.random.seed, p, v, q, rate, w.rotors.pitch, w.rotors.speed, w.rotors.thrust,
+                    w.rotors.blade_moving, w.rotors.issued, w.rotors.newest, w.wind.velocity_W, w.wind.along,
+                    w.wind.across, w.wind.vertical, w.battery.charge, w.battery.voltage, s.gyro_bias,
+                    s.accelerometer_bias, s.rotor_angle, s.attitude_wander, s.gps_wander, s.barometer_drift,
+                    s.magnetometer_bias, w.readings.imu, w.contact.crashed, w.contact.hardest_impact);
+  };
+  const auto same_point = [](const Contact::Point& x, const Contact::Point& y) {
+    return x.touching == y.touching && x.anchor == y.anchor;
+  };
+  const auto same_poses = [](const auto& x, const auto& y) {
+    return x.sent == y.sent && x.delivered == y.delivered && x.due_us == y.due_us &&
+           std::equal(x.samples.begin(), x.samples.end(), y.samples.begin(),
+                      [](const auto& c, const auto& d) { return c.t_us == d.t_us && c.p_WB == d.p_WB; });
+  };
+  return state(a) == state(b) &&
+         std::equal(a.contact.points.begin(), a.contact.points.end(), b.contact.points.begin(), same_point) &&
+         same_poses(a.sensors.poses, b.sensors.poses) && same_poses(a.sensors.fixes, b.sensors.fixes);
 }
 
 }  // namespace halfroll::sim

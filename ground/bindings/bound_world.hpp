@@ -1,49 +1,51 @@
-// The world as Python holds it: a plant, a scenario and the state.
+// The world as Python holds it: a model and the state.
 #pragma once
 #include "bindings.hpp"
+#include "sim/sitl/scenario_file.hpp"
 #include "sim/world.hpp"
 
 namespace halfroll::bindings {
 
+using FloatRows = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
 class BoundWorld {
  public:
-  BoundWorld(const sim::Plant& plant, const std::string& scenario, std::uint64_t seed)
-      : plant_(plant), scenario_(named(scenario)), world_(sim::start(plant_, scenario_, seed)) {}
+  BoundWorld(const sim::Plant& plant, const sim::Scenario& scenario, std::uint64_t seed)
+      : model_(plant, scenario), world_(sim::start(model_, seed)) {}
 
-  void step(const std::array<float, 4>& thrust) {
-    world_ = sim::step(plant_, scenario_, world_, RotorCommands{thrust});
-  }
+  void step(const RotorCommands& commands) { sim::step(model_, world_, commands); }
 
   /// thrusts (N, 4) -> truth (N, 13): position, velocity, quaternion [w, x, y, z], body rate after each millisecond.
-  py::array_t<double> step_many(const py::array_t<float, py::array::c_style | py::array::forcecast>& thrusts) {
+  py::array_t<double> step_many(const FloatRows& thrusts) {
     if (thrusts.ndim() != 2 || thrusts.shape(1) != 4) throw py::value_error("thrusts must have shape (N, 4)");
     const py::ssize_t steps = thrusts.shape(0);
     py::array_t<double> truth({steps, py::ssize_t{13}});
     const float* f = thrusts.data();
     double* row = truth.mutable_data();
+    py::gil_scoped_release release;
     for (py::ssize_t i = 0; i < steps; ++i, f += 4, row += 13) {
-      step({f[0], f[1], f[2], f[3]});
-      Eigen::Map<Eigen::Matrix<double, 13, 1>> out(row);
-      out << world_.body.p_WB, world_.body.v_WB, world_.body.q_WB, world_.body.w_WB_B;
+      step(RotorCommands{{f[0], f[1], f[2], f[3]}});
+      show(row);
     }
     return truth;
   }
 
+  /// Position, velocity, quaternion, body rate: 13 numbers.
+  void show(double* row) const {
+    Eigen::Map<Eigen::Matrix<double, 13, 1>> out(row);
+    out << world_.body.p_WB, world_.body.v_WB, world_.body.q_WB, world_.body.w_WB_B;
+  }
+
+  const sim::Model& model() const { return model_; }
   const sim::World& world() const { return world_; }
   void place(const Eigen::Vector3d& p, const Eigen::Vector3d& v, const Eigen::Vector4d& q, const Eigen::Vector3d& w,
              const std::array<float, 4>& thrust) {
-    world_ = sim::start(plant_, scenario_, 0, {p, v, q, w}, sim::steady(RotorCommands{thrust}));
+    const sim::Rotors rotors = sim::steady(model_.plant, RotorCommands{thrust});
+    world_ = sim::start(model_, world_.random.seed, {p, v, q, w}, rotors);
   }
 
  private:
-  static sim::Scenario named(const std::string& scenario) {
-    const auto found = sim::find_scenario(scenario);
-    if (!found) throw py::value_error("no scenario '" + scenario + "': ideal or nominal");
-    return *found;
-  }
-
-  sim::Plant plant_;
-  sim::Scenario scenario_;
+  sim::Model model_;
   sim::World world_;
 };
 

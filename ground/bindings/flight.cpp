@@ -1,8 +1,12 @@
 // The autopilot for Python: one step, many steps, and the bytes of its links.
+#include <atomic>
 #include <cmath>
+#include <set>
+#include <thread>
 
 #include "autopilot.hpp"
 #include "bound_world.hpp"
+#include "sim/sitl/sensed.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
 namespace halfroll::bindings {
@@ -98,12 +102,7 @@ class BoundAutopilot {
 
   /// The loop of the SITL without its links: N milliseconds of autopilot and world, each answering the other.
   void fly(BoundWorld& world, std::size_t steps) {
-    py::gil_scoped_release release;
-    Inputs in;
-    for (std::size_t i = 0; i < steps; ++i) {
-      in.measured = world.world().readings;
-      world.step(autopilot_.step(in).rotors.thrust);
-    }
+    for (std::size_t i = 0; i < steps; ++i) world.step(autopilot_.step(sitl::sensed(world.world())).rotors);
   }
 
   const Autopilot& autopilot() const { return autopilot_; }
@@ -119,6 +118,29 @@ class BoundAutopilot {
   Autopilot autopilot_;
   link::StorageSlot storing_ = link::StorageSlot::kNone;
 };
+
+/// Flies pair by pair, in as many threads as wanted; no pair knows of another, so the bits do not depend on threads.
+void run_batch(const std::vector<BoundAutopilot*>& autopilots, const std::vector<BoundWorld*>& worlds,
+               std::size_t steps, std::size_t threads) {
+  if (autopilots.size() != worlds.size()) {
+    throw py::value_error(std::to_string(autopilots.size()) + " autopilots for " + std::to_string(worlds.size()) +
+                          " worlds: give one each");
+  }
+  if (std::set(autopilots.begin(), autopilots.end()).size() < autopilots.size() ||
+      std::set(worlds.begin(), worlds.end()).size() < worlds.size()) {
+    throw py::value_error("an autopilot or world is listed twice; give copies");
+  }
+  py::gil_scoped_release release;
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < autopilots.size(); i = next++) autopilots[i]->fly(*worlds[i], steps);
+  };
+  const std::size_t wanted = threads > 0 ? threads : std::thread::hardware_concurrency();
+  std::vector<std::thread> others;
+  for (std::size_t n = 1; n < std::min(wanted, autopilots.size()); ++n) others.emplace_back(work);
+  work();
+  for (std::thread& other : others) other.join();
+}
 
 }  // namespace
 
@@ -144,9 +166,14 @@ void bind_flight(py::module_& m) {
            "Answer the link while no time passes; frames as (link, slot, bytes).")
       .def("step_many", &BoundAutopilot::step_many, "imu"_a, "poses"_a = std::nullopt,
            "N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].")
-      .def("fly", &BoundAutopilot::fly, "world"_a, "steps"_a,
+      .def("fly", &BoundAutopilot::fly, "world"_a, "steps"_a, py::call_guard<py::gil_scoped_release>(),
            "N milliseconds of closed loop with a World; the links hear nothing meanwhile.")
-      .def("copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); })
+      .def(
+          "copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); },
+          "A snapshot: with a World's it flies the same future.")
+      .def(
+          "restore", [](BoundAutopilot& a, const BoundAutopilot& snapshot) { a = snapshot; }, "snapshot"_a,
+          "Be again what was copied.")
       .def(
           "same_state",
           [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
@@ -157,6 +184,12 @@ void bind_flight(py::module_& m) {
       .def_property_readonly("mode", [](const BoundAutopilot& a) { return mode_name(a.autopilot().mode()); })
       .def_property_readonly("estimate", [](const BoundAutopilot& a) { return a.autopilot().estimate(); })
       .def_property_readonly("params", [](const BoundAutopilot& a) { return a.autopilot().params(); });
+
+  const py::object world = m.attr("World");
+  world.attr("run_batch") = py::staticmethod(py::cpp_function(
+      &run_batch, py::name("run_batch"), py::scope(world), "autopilots"_a, "worlds"_a, "steps"_a, "threads"_a = 0,
+      "Fly each autopilot in the world beside it for so many milliseconds, in parallel (threads 0: one a core) and "
+      "without the GIL. The bits are those of Autopilot.fly."));
 }
 
 }  // namespace halfroll::bindings

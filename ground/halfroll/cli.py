@@ -30,6 +30,10 @@ app = typer.Typer(
 
 MissionFile = Annotated[Path, typer.Argument(metavar="MISSION", help=".plan, QGC WPL 110, KML, CSV or TOML.")]
 VehicleName = Annotated[str, typer.Option("--vehicle", metavar="V", help="A shipped vehicle, or a .toml file.")]
+FlownVehicle = Annotated[
+    str | None,
+    typer.Option("--vehicle", metavar="V", help="A shipped vehicle, or a .toml file (the scenario's, else mit-vp)."),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -136,9 +140,13 @@ def plan(
 @app.command()
 def fly(
     mission: MissionFile,
-    vehicle: VehicleName = "mit-vp",
-    scenario: Annotated[str, typer.Option(metavar="ideal|nominal", help="Sensors, delays and drag.")] = "nominal",
-    seed: Annotated[int, typer.Option(help="Of all noise: one seed, one flight.", min=0)] = 0,
+    vehicle: FlownVehicle = None,
+    scenario: Annotated[
+        str, typer.Option(metavar="NAME|FILE", help="Air, sensors, faults: ideal, nominal, windy..., or a .toml file.")
+    ] = "nominal",
+    seed: Annotated[
+        int | None, typer.Option(help="Of all that is random: one seed, one flight (the scenario's, else 0).", min=0)
+    ] = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep/--real-time", help="Time waits for the ground station, or for nobody.")
     ] = True,
@@ -158,14 +166,15 @@ def fly(
 ) -> None:
     """Fly a mission from take-off to landing, and report. Exit code 0: flown within limits."""
     with _errors_for_people(as_json):
-        if scenario not in ("ideal", "nominal"):
-            raise InputError(f"scenario {scenario!r} is not known; give ideal or nominal")
         from halfroll import console, preflight
         from halfroll.flight_files import FlightFiles
         from halfroll.mission_files import load_mission
+        from halfroll.scenario import load_scenario
         from halfroll.vehicle import load_vehicle
 
-        flown_by, wanted = load_vehicle(vehicle, _overrides(settings)), load_mission(mission)
+        in_world = load_scenario(scenario)
+        flown_by = load_vehicle(vehicle or in_world.vehicle or "mit-vp", _overrides(settings))
+        wanted = load_mission(mission)
         folder = out or Path("flights") / f"{mission.stem}-{flown_by.name}"
         files = FlightFiles(folder, log or folder / "flight.ulg", report or folder / "report.html")
         files.prepare()
@@ -176,7 +185,7 @@ def fly(
                 wanted,
                 flown_by,
                 scenario=scenario,
-                seed=seed,
+                seed=in_world.seed if seed is None else seed,
                 lockstep=lockstep,
                 speed=speed,
                 limits=_limits(limits),
@@ -197,7 +206,7 @@ def fly(
 
 @app.command(add_help_option=False, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def sitl(context: typer.Context) -> None:
-    """Run the simulated vehicle: halfroll-sitl with its own options (--help lists them), and vehicle files too."""
+    """Run the simulated vehicle: halfroll-sitl with its own options (--help lists them), and vehicle and scenario files."""
     with _errors_for_people(as_json=False):
         from halfroll.simulator import arguments, executable
 

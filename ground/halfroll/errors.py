@@ -6,7 +6,8 @@ the edge where they arise.
 HalfrollError
 ├── InputError            exit 2   bad mission, vehicle, option or file
 │   ├── MissionError               one mission item is the reason
-│   └── VehicleError
+│   ├── VehicleError
+│   └── ScenarioError
 ├── PlanError             exit 1   good input, but no trajectory inside the limits
 │   └── InfeasibleSegment
 ├── FlightError           exit 1   flown, but not within limits or not to the end
@@ -41,6 +42,10 @@ class MissionError(InputError):
 
 class VehicleError(InputError):
     kind = "vehicle"
+
+
+class ScenarioError(InputError):
+    kind = "scenario"
 
 
 class PlanError(HalfrollError):

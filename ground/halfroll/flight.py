@@ -31,6 +31,7 @@ from halfroll.mission import Mission, PlanMode
 from halfroll.mission_files import load_mission
 from halfroll.planning import Limits, PlanningProcess
 from halfroll.record import Event
+from halfroll.scenario import Scenario, load_scenario, shipped_scenarios
 from halfroll.station import Station
 from halfroll.transport import UdpTransport, bound_socket, wait_for_any, wall_s
 from halfroll.vehicle import Vehicle, built_vehicle
@@ -84,10 +85,10 @@ class FlightResult:
 
 def fly(
     mission: Mission | str | Path,
-    vehicle: Vehicle | str | Path = "mit-vp",
+    vehicle: Vehicle | str | Path | None = None,
     *,
-    scenario: str = "nominal",
-    seed: int = 0,
+    scenario: Scenario | str | Path = "nominal",
+    seed: int | None = None,
     lockstep: bool = True,
     speed: float | None = None,
     limits: Limits = "mission",
@@ -102,6 +103,7 @@ def fly(
 ) -> FlightResult:
     """Fly a mission in a simulator of its own, from takeoff to landing, and return what was recorded.
 
+    vehicle, seed: default the scenario's, else mit-vp and 0; scenario: shipped name, file, or built;
     speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W, default the planned home
     of a .plan; log_path: default in a new temporary folder; instance: of the ports, default the first that is free;
     progress(phase, fraction or None) and report(event) are called on the way.
@@ -113,7 +115,8 @@ def fly(
     flown, notes = with_takeoff_and_landing(wanted)
     if error := endless(flown.items):
         raise error
-    flown_by = built_vehicle(vehicle, overrides)
+    world = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    flown_by = built_vehicle(vehicle or world.vehicle or "mit-vp", overrides)
     log = Path(log_path) if log_path else Path(tempfile.mkdtemp(prefix="halfroll-")) / "flight.ulg"
     progress("start the simulator", None)
     with contextlib.ExitStack() as stack:
@@ -124,7 +127,8 @@ def fly(
         words = [
             str(simulator.executable()),
             *simulator.vehicle_arguments(flown_by),
-            *("--instance", str(number), "--scenario", scenario, "--seed", str(seed)),
+            *(["--scenario", scenario] if scenario in shipped_scenarios() else simulator.scenario_arguments(world)),
+            *("--instance", str(number), "--seed", str(world.seed or 0 if seed is None else seed)),
             *("--storage", str(folder), "--log", str(log)),
             "--origin=" + ",".join(f"{x:.9f}" for x in origin or home_of(wanted)),
             *([] if speed is None else ["--speed", f"{speed:g}"]),

@@ -1,4 +1,5 @@
-"""The simulated vehicle's program. Why: where it lies, and how it gets a vehicle file, since it reads no TOML."""
+"""The simulated vehicle's program. Why: where it lies, and how it gets vehicle and scenario files, since it reads no
+TOML."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from halfroll.errors import InputError, LinkError
+from halfroll.scenario import Scenario, load_scenario
 from halfroll.vehicle import Vehicle, load_vehicle
 
 NAME = "halfroll-sitl"
@@ -23,19 +25,36 @@ def executable() -> Path:
 
 
 def arguments(given: Sequence[str]) -> list[str]:
-    """What halfroll-sitl is started with when a person typed `given`: a vehicle file becomes its numbers."""
-    rest = list(given)
-    for i, word in enumerate(rest):
+    """What halfroll-sitl is started with when a person typed `given`: vehicle and scenario files become numbers.
+
+    These come first, so that --set, --scenario-set and --seed change them."""
+    rest, scenario = _without(list(given), "--scenario")
+    first: list[str] = []
+    if scenario is not None:
+        told = load_scenario(scenario)
+        first += scenario_arguments(told)
+        if told.seed is not None:
+            first += ["--seed", str(told.seed)]
+        if told.vehicle is not None and not any(word.partition("=")[0] == "--vehicle" for word in rest):
+            rest = ["--vehicle", told.vehicle, *rest]
+    rest, vehicle = _without(rest, "--vehicle")
+    if vehicle is not None:
+        first += vehicle_arguments(load_vehicle(vehicle))
+    return [*first, *rest]
+
+
+def _without(words: list[str], option: str) -> tuple[list[str], str | None]:
+    """The words without an option that names a .toml file, and that file; other names stay."""
+    for i, word in enumerate(words):
         name, equals, joined = word.partition("=")
-        if name != "--vehicle":
+        if name != option:
             continue
-        if not equals and i + 1 == len(rest):
-            raise InputError("--vehicle wants the name of a shipped vehicle or a .toml file")
-        chosen = joined if equals else rest[i + 1]
+        if not equals and i + 1 == len(words):
+            raise InputError(f"{option} wants the name of a shipped {option[2:]} or a .toml file")
+        chosen = joined if equals else words[i + 1]
         if chosen.endswith(".toml"):
-            del rest[i : i + (1 if equals else 2)]
-            return [*vehicle_arguments(load_vehicle(chosen)), *rest]  # first, so that --set changes them
-    return rest
+            return [*words[:i], *words[i + (1 if equals else 2) :]], chosen
+    return words, None
 
 
 def vehicle_arguments(vehicle: Vehicle) -> list[str]:
@@ -43,4 +62,12 @@ def vehicle_arguments(vehicle: Vehicle) -> list[str]:
     words = ["--vehicle", "mit-vp" if vehicle.variable_pitch else "mit-fp"]
     for key, number in vehicle.numbers().items():
         words += ["--set", f"{key}={number:.17g}"]
+    return words
+
+
+def scenario_arguments(scenario: Scenario) -> list[str]:
+    """Any scenario, as the perfect world with every number set."""
+    words = ["--scenario", "ideal"]
+    for key, number in scenario.numbers().items():
+        words += ["--scenario-set", f"{key}={number:.17g}"]
     return words

@@ -6,19 +6,15 @@ from here, checked once.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
+from halfroll import tables
 from halfroll.errors import VehicleError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from halfroll.tables import Table
 
 GRAVITY = 9.81  # [m/s²], as firmware/core/constants.hpp
 
@@ -30,12 +26,9 @@ NonNegative = Annotated[float, Field(ge=0.0)]
 ParameterName = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]{0,15}$")]  # a MAVLink parameter id
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Rotor(_Table):
-    """One of four equal rotors in plus layout. Thrust is signed, positive along the body's +z."""
+class Rotor(Table):
+    """One of four equal rotors in plus layout. Thrust is signed, positive along the body's +z. What has a default of 0
+    is known to the simulator alone, and acts in scenarios that switch it on (docs/world.md)."""
 
     kind: Literal["variable-pitch", "fixed-pitch"]
     thrust_min_N: float
@@ -44,9 +37,29 @@ class Rotor(_Table):
     lag_s: Annotated[float, Field(gt=0.0, le=2.0)]  # of thrust (variable pitch) or of motor speed, rising (fixed pitch)
     lag_down_s: Annotated[float, Field(gt=0.0, le=2.0)]  # fixed pitch: of motor speed, falling
     slew_N_s: Positive
+    stiction_N: NonNegative = 0.0  # a blade at rest stays until it is off by this
+    radius_m: NonNegative = 0.0
+    inertia_kg_m2: NonNegative = 0.0  # about its axis
+    speed_rad_s: NonNegative = 0.0  # governed (variable pitch), at thrust_max_N (fixed pitch)
+    inflow_N_s_m: NonNegative = 0.0  # thrust lost per speed of the air along the axis
+    drag_N_s_m: NonNegative = 0.0  # force per speed of the air across the axis
+    profile_torque_N_m: NonNegative = 0.0  # drag torque without thrust
+    figure_of_merit: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # ideal over electrical power in hover
+    governor_droop: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0  # share of speed lost at full thrust
+    governor_lag_s: NonNegative = 0.05
+    governor_headroom: Annotated[float, Field(ge=0.0, le=0.9)] = 0.15  # of full voltage, before speed falls
 
 
-class Vehicle(_Table):
+class Battery(Table):
+    """Open-circuit voltages, and what is between them and the motors. 0 V: none is modelled."""
+
+    full_V: NonNegative = 0.0
+    empty_V: NonNegative = 0.0
+    capacity_Ah: Positive = 1.0
+    resistance_ohm: NonNegative = 0.0
+
+
+class Vehicle(Table):
     """What a vehicle file says; frozen. Raises pydantic.ValidationError: `load_vehicle` turns it into VehicleError."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -55,10 +68,12 @@ class Vehicle(_Table):
     inertia_kg_m2: tuple[Positive, Positive, Positive]  # principal, body axes
     arm_m: Annotated[float, Field(gt=0.0, le=10.0)]
     yaw_coefficient_m: Annotated[float, Field(gt=0.0, le=1.0)]  # rotor torque per thrust
-    drag_N_s_m: NonNegative = 0.0
+    drag_N_s_m: NonNegative = 0.0  # per airspeed; the autopilot knows it
+    drag_N_s2_m2: NonNegative = 0.0  # per airspeed squared; it does not
     speed_max_m_s: Positive
     body_rate_max_rad_s: Positive
     rotor: Rotor
+    battery: Battery = Battery()
     params: dict[ParameterName, float] = {}  # autopilot parameters that differ from the firmware's defaults
 
     @property
@@ -99,27 +114,12 @@ class Vehicle(_Table):
     def numbers(self) -> dict[str, float]:
         """Every number by its dotted key ("rotor.thrust_max_N", "inertia_kg_m2.0", "params.ATT_WN"), as
         `halfroll-sitl --set` takes them; rotor.kind is 0 for variable pitch, 1 for fixed."""
-        return dict(_numbers(self.model_dump(), ""))
-
-
-def _numbers(table: Mapping[str, Any], prefix: str) -> list[tuple[str, float]]:
-    found: list[tuple[str, float]] = []
-    for key, entry in table.items():
-        path = prefix + key
-        if isinstance(entry, Mapping):
-            found += _numbers(entry, path + ".")
-        elif isinstance(entry, (list, tuple)):
-            found += [(f"{path}.{i}", float(number)) for i, number in enumerate(entry)]
-        elif path == "rotor.kind":
-            found.append((path, _ROTOR_KINDS[entry]))
-        elif isinstance(entry, (int, float)):
-            found.append((path, float(entry)))
-    return found
+        return dict(tables.numbers(self.model_dump(), _ROTOR_KINDS))
 
 
 def shipped_vehicles() -> list[str]:
     """Names of the vehicles that come with halfroll, sorted."""
-    return sorted(file.stem for file in _FOLDER.glob("*.toml"))
+    return tables.shipped(_FOLDER)
 
 
 def load_vehicle(name_or_path: str | Path, overrides: Mapping[str, str | float] | None = None) -> Vehicle:
@@ -127,13 +127,17 @@ def load_vehicle(name_or_path: str | Path, overrides: Mapping[str, str | float] 
 
     Raises VehicleError, which names the key, the value, the limit and the way out.
     """
-    table = _read(name_or_path)
+    table = tables.read(name_or_path, _FOLDER, "vehicle", VehicleError)
     for key, entry in (overrides or {}).items():
-        _override(table, key, entry)
+        unknown = VehicleError(
+            f"vehicle has no number called {key}; keys are dotted, like rotor.thrust_max_N or inertia_kg_m2.0"
+        )
+        tables.override(table, key, entry, unknown, ("params", "battery"))
     try:
         return Vehicle.model_validate(table)
     except ValidationError as error:
-        raise VehicleError(f"vehicle {table.get('name', name_or_path)}: {_sentence(error)}") from None
+        what = tables.sentence(error, "vehicles/mit-vp.toml")
+        raise VehicleError(f"vehicle {table.get('name', name_or_path)}: {what}") from None
 
 
 def built_vehicle(vehicle: Vehicle | str | Path, overrides: Mapping[str, str | float] | None = None) -> Vehicle:
@@ -145,57 +149,3 @@ def built_vehicle(vehicle: Vehicle | str | Path, overrides: Mapping[str, str | f
             "overrides change a vehicle named or read from a file; a Vehicle that is built stays as it is"
         )
     return vehicle
-
-
-def _read(name_or_path: str | Path) -> dict[str, Any]:
-    file = Path(name_or_path)
-    if file.suffix != ".toml":
-        file = _FOLDER / f"{name_or_path}.toml"
-        if str(name_or_path) not in shipped_vehicles():
-            known = ", ".join(shipped_vehicles())
-            raise VehicleError(
-                f"no vehicle is called {name_or_path!s}; shipped are {known}; or give the path of a .toml file"
-            )
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise VehicleError(f"vehicle file {file}: {error.strerror or error}; check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VehicleError(f"vehicle file {file} is not TOML: {error}") from None
-
-
-def _override(table: dict[str, Any], key: str, entry: str | float) -> None:
-    *path, last = key.split(".")
-    inner: Any = table
-    for step in path:
-        inner = inner.get(step) if isinstance(inner, dict) else None
-        if inner is None and step == "params":
-            inner = table.setdefault("params", {})
-    new: str | float = _number_or_text(entry)
-    if isinstance(inner, list) and last.isdigit() and int(last) < len(inner):
-        inner[int(last)] = new
-    elif isinstance(inner, dict) and not isinstance(inner.get(last), (dict, list)):
-        inner[last] = new  # a wrong name is refused by the model, with the names it knows
-    else:
-        raise VehicleError(
-            f"vehicle has no number called {key}; keys are dotted, like rotor.thrust_max_N or inertia_kg_m2.0"
-        )
-
-
-def _number_or_text(entry: str | float) -> str | float:
-    try:
-        return float(entry)
-    except ValueError:
-        return entry
-
-
-def _sentence(error: ValidationError) -> str:
-    first = error.errors(include_url=False)[0]
-    key = ".".join(str(step) for step in first["loc"])
-    if first["type"] == "value_error":  # our own words
-        return str(first["ctx"]["error"])
-    if first["type"] == "missing":
-        return f"{key} is missing; add it to the file"
-    if first["type"] == "extra_forbidden":
-        return f"{key} is not a known key; check its spelling (vehicles/mit-vp.toml has them all)"
-    return f"{key} is {first['input']!r}: {first['msg'][0].lower()}{first['msg'][1:]}"

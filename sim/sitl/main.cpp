@@ -37,7 +37,7 @@ halfroll::sitl::VehicleSetup setup_from(const Options& options) {
                                     std::to_string(system_id) + ", the last one is " + std::to_string(kLastSystemId));
   }
   setup.params.system_id = static_cast<float>(system_id);
-  if (!options.scenario.drag) setup.params.drag = 0.0F;  // the firmware knows the air it flies in
+  if (!options.scenario.effects.drag) setup.params.drag = 0.0F;  // the firmware knows the air it flies in
   setup.params.simulation_speed = options.lockstep ? 1.0F : static_cast<float>(options.speed);
   return setup;
 }

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "sim/sitl/numbers.hpp"
+#include "sim/sitl/scenario_file.hpp"
 
 namespace halfroll::sitl {
 namespace {
@@ -46,13 +47,6 @@ std::uint64_t seed_of(const std::string& text) {
   return n;
 }
 
-void take_scenario(Options& o, const std::string& name) {
-  const auto scenario = sim::find_scenario(name);
-  if (!scenario) throw BadOption("--scenario " + name + ": no such scenario; there are ideal, nominal");
-  o.scenario_name = name;
-  o.scenario = *scenario;
-}
-
 void take_origin(Options& o, const std::string& text) {
   const std::size_t first = text.find(','), second = text.find(',', first + 1);
   if (first == std::string::npos || second == std::string::npos) {
@@ -76,9 +70,11 @@ const std::vector<Row>& rows() {
       {"vehicle", "NAME", "shipped vehicle (mit-vp)", [](Options& o, Given&, S s) { o.vehicle = s; }},
       {"set", "KEY=NUMBER", "replace a number of the vehicle, or params.NAME; repeatable",
        [](Options& o, Given&, S s) { o.settings.push_back(s); }},
-      {"scenario", "NAME", "ideal, nominal: noise, delay, drag (nominal)",
-       [](Options& o, Given&, S s) { take_scenario(o, s); }},
-      {"seed", "S", "of the sensor noise (0)", [](Options& o, Given&, S s) { o.seed = seed_of(s); }},
+      {"scenario", "NAME", "shipped scenario: air, sensors, faults (nominal)",
+       [](Options& o, Given&, S s) { o.scenario_name = s; }},
+      {"scenario-set", "KEY=NUMBER", "replace a number of the scenario; repeatable",
+       [](Options& o, Given&, S s) { o.scenario_settings.push_back(s); }},
+      {"seed", "S", "of everything random (0)", [](Options& o, Given&, S s) { o.seed = seed_of(s); }},
       {"lockstep", nullptr, "every 10 ms wait for the ground station's TIMESYNC",
        [](Options& o, Given&, S) { o.lockstep = true; }},
       {"speed", "X", "times real time, 0 as fast as it goes (1; 0 in lockstep)",
@@ -152,6 +148,7 @@ Options parse_options(const std::vector<std::string>& arguments) {
       throw BadOption(word + " needs a value: " + word + " " + row.argument);
     }
   }
+  options.scenario = make_scenario(options.scenario_name, options.scenario_settings);
   options.speed = given.speed.value_or(options.lockstep ? 0.0 : 1.0);
   settle_ports(options, given);
   return options;

@@ -14,7 +14,8 @@ struct Options {
   std::string vehicle = "mit-vp";
   std::vector<std::string> settings;  // "key=number", for vehicle_file
   std::string scenario_name = "nominal";
-  sim::Scenario scenario = sim::kNominal;
+  std::vector<std::string> scenario_settings;  // "key=number", for scenario_file
+  sim::Scenario scenario;
   std::uint64_t seed = 0;
   bool lockstep = false;
   double speed = 1.0;  // times real time; 0 is as fast as it goes, the default in lockstep

@@ -4,12 +4,14 @@
 
 #include "boards/host/steady_clock.hpp"
 #include "sim/sitl/pace.hpp"
+#include "sim/sitl/sensed.hpp"
 
 namespace halfroll::sitl {
 namespace {
 
 constexpr std::uint64_t kAskAgainUs = 100000;     // wall clock, unanswered TIMESYNC
 constexpr std::uint64_t kGroundGoneUs = 5000000;  // wall clock without a frame of 191
+constexpr std::uint8_t kSevere = 2;               // MAVLink: critical
 constexpr int kServiceMs = 20;                    // wall clock between looks at the links while time stands
 
 Boot boot_from(const Options& options, const host::Storage& storage) {
@@ -37,10 +39,14 @@ Simulation::Simulation(const Options& options, const VehicleSetup& setup, const 
       links_(options.bind, {{{options.port_offboard, options.peer_offboard}, {options.port_gcs, options.peer_gcs}}}),
       storage_(options.storage),
       autopilot_(setup.vehicle, setup.params, boot_from(options, storage_)),
-      world_(sim::start(setup.plant, options.scenario, options.seed)) {
+      model_(setup.plant, options.scenario),
+      world_(sim::start(model_, options.seed)) {
   if (options.log.empty()) return;
-  log_.emplace(options.log, FlightFacts{version, setup.name, options.scenario_name, options.seed, options.lockstep},
-               autopilot_.params());
+  log_.emplace(
+      options.log,
+      FlightFacts{version, setup.name, options.scenario_name + (options.scenario_settings.empty() ? "" : " (changed)"),
+                  options.seed, options.lockstep},
+      autopilot_.params());
 }
 
 void Simulation::run() {
@@ -66,8 +72,7 @@ void Simulation::run() {
 
 /// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next.
 void Simulation::step(bool listening) {
-  Inputs in;
-  in.measured = world_.readings;
+  Inputs in = sensed(world_);
   if (listening) in.link = hear();
   in.link.wall_us = host::wall_us();
   in.link.stored = stored_;
@@ -80,7 +85,8 @@ void Simulation::step(bool listening) {
                static_cast<std::uint8_t>(autopilot_.mode()), autopilot_.armed()});
   }
   carry(out.link);
-  world_ = sim::step(setup_.plant, options_.scenario, world_, out.rotors);
+  sim::step(model_, world_, out.rotors);
+  tell_of_crash();
   ++steps_;
 }
 
@@ -139,9 +145,19 @@ void Simulation::carry(const LinkOutputs& out) {
 /// The autopilot starts again from what is stored, and its clock with it; the vehicle stays where it is.
 void Simulation::reboot() {
   autopilot_ = Autopilot(setup_.vehicle, setup_.params, boot_from(options_, storage_));
-  world_ = sim::restart_clock(setup_.plant, options_.scenario, world_);
+  sim::restart_clock(model_, world_);
   stored_ = {};
   rebooting_ = false;
+}
+
+void Simulation::tell_of_crash() {
+  if (!world_.contact.crashed || crash_told_) return;
+  crash_told_ = true;
+  char line[96];
+  std::snprintf(line, sizeof line, "crashed at %.3f s, met the ground at %.1f m/s", flown_s(),
+                world_.contact.hardest_impact);
+  std::fprintf(stderr, "halfroll-sitl: %s\n", line);
+  if (log_) log_->say(steps_ * kStepUs, {kSevere, line});
 }
 
 bool Simulation::ending() const {

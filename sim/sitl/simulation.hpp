@@ -37,6 +37,7 @@ class Simulation {
   LinkInputs hear();
   void carry(const LinkOutputs& out);
   void reboot();
+  void tell_of_crash();
   bool ending() const;
 
   Options options_;
@@ -46,12 +47,14 @@ class Simulation {
   host::Storage storage_;
   std::optional<FlightLog> log_;
   Autopilot autopilot_;
+  sim::Model model_;
   sim::World world_;
 
   link::StorageResult stored_;  // not yet told to the autopilot
   Sha256 commands_;
   std::uint64_t steps_ = 0;
   bool shut_down_ = false, rebooting_ = false;
+  bool crash_told_ = false;
   bool ground_seen_ = false;  // 191 has answered once
   std::uint32_t ground_frames_ = 0;
   std::uint64_t ground_heard_us_ = 0;  // wall clock

@@ -26,13 +26,14 @@ struct Row {
   const char* key;
   double least, most;
 };
-constexpr std::array<Row, 16> kRows = {{{"mass_kg", 0.001, 1000.0},
+constexpr std::array<Row, 32> kRows = {{{"mass_kg", 0.001, 1000.0},
                                         {"inertia_kg_m2.0", 1e-9, 1000.0},
                                         {"inertia_kg_m2.1", 1e-9, 1000.0},
                                         {"inertia_kg_m2.2", 1e-9, 1000.0},
                                         {"arm_m", 0.001, 10.0},
                                         {"yaw_coefficient_m", 1e-6, 1.0},
                                         {"drag_N_s_m", 0.0, 100.0},
+                                        {"drag_N_s2_m2", 0.0, 100.0},
                                         {"speed_max_m_s", 0.001, 1000.0},
                                         {"body_rate_max_rad_s", 0.001, 1000.0},
                                         {"rotor.kind", 0.0, 1.0},
@@ -41,7 +42,22 @@ constexpr std::array<Row, 16> kRows = {{{"mass_kg", 0.001, 1000.0},
                                         {"rotor.delay_s", 0.0, sim::kLongestRotorDelay},
                                         {"rotor.lag_s", 0.0, 2.0},
                                         {"rotor.lag_down_s", 0.0, 2.0},
-                                        {"rotor.slew_N_s", 0.001, 1e9}}};
+                                        {"rotor.slew_N_s", 0.001, 1e9},
+                                        {"rotor.stiction_N", 0.0, 100.0},
+                                        {"rotor.radius_m", 0.0, 10.0},
+                                        {"rotor.inertia_kg_m2", 0.0, 100.0},
+                                        {"rotor.speed_rad_s", 0.0, 1e5},
+                                        {"rotor.inflow_N_s_m", 0.0, 100.0},
+                                        {"rotor.drag_N_s_m", 0.0, 100.0},
+                                        {"rotor.profile_torque_N_m", 0.0, 100.0},
+                                        {"rotor.figure_of_merit", 0.0, 1.0},
+                                        {"rotor.governor_droop", 0.0, 0.5},
+                                        {"rotor.governor_lag_s", 0.0, 10.0},
+                                        {"rotor.governor_headroom", 0.0, 0.9},
+                                        {"battery.full_V", 0.0, 1000.0},
+                                        {"battery.empty_V", 0.0, 1000.0},
+                                        {"battery.capacity_Ah", 1e-3, 1e4},
+                                        {"battery.resistance_ohm", 0.0, 100.0}}};
 
 std::string listed(const std::string& sum, const std::string& next) { return sum.empty() ? next : sum + ", " + next; }
 
@@ -133,6 +149,26 @@ sim::Plant plant_of(Numbers& n) {
   p.rotor_lag = n["rotor.lag_s"];
   p.rotor_lag_down = n["rotor.lag_down_s"];
   p.rotor_slew_N_s = n["rotor.slew_N_s"];
+  // what a vehicle file need not have
+  const auto take = [&n](const char* key, double& into) {
+    if (const auto found = n.find(key); found != n.end()) into = found->second;
+  };
+  take("drag_N_s2_m2", p.drag_N_s2_m2);
+  take("rotor.stiction_N", p.servo_stiction_N);
+  take("rotor.radius_m", p.rotor_radius);
+  take("rotor.inertia_kg_m2", p.rotor_inertia);
+  take("rotor.speed_rad_s", p.rotor_speed_rad_s);
+  take("rotor.inflow_N_s_m", p.rotor_inflow_N_s_m);
+  take("rotor.drag_N_s_m", p.rotor_drag_N_s_m);
+  take("rotor.profile_torque_N_m", p.profile_torque);
+  take("rotor.figure_of_merit", p.figure_of_merit);
+  take("rotor.governor_droop", p.governor_droop);
+  take("rotor.governor_lag_s", p.governor_lag);
+  take("rotor.governor_headroom", p.governor_headroom);
+  take("battery.full_V", p.battery_full_V);
+  take("battery.empty_V", p.battery_empty_V);
+  take("battery.capacity_Ah", p.battery_capacity_Ah);
+  take("battery.resistance_ohm", p.battery_resistance_ohm);
   return sim::with_fitting_legs(p);
 }
 

@@ -57,7 +57,11 @@ def hovering(scenario: str) -> tuple[_firmware.Autopilot, _firmware.World]:
 def loop_figures() -> list[dict[str, object]]:
     steps = 20000
     figures = []
-    for name, scenario in (("closed_loop_ideal_x_realtime", "ideal"), ("closed_loop_full_x_realtime", "nominal")):
+    for name, scenario in (
+        ("closed_loop_ideal_x_realtime", "ideal"),
+        ("closed_loop_nominal_x_realtime", "nominal"),
+        ("closed_loop_full_x_realtime", "full"),
+    ):
         autopilot, world = hovering(scenario)
         figures.append((name, steps * 1e-3 / seconds(lambda a=autopilot, w=world: a.fly(w, steps)), "x"))  # type: ignore[misc]
     autopilot, world = hovering("ideal")
@@ -72,7 +76,19 @@ def loop_figures() -> list[dict[str, object]]:
     figures.append(("python_batch_step_ns", batch / steps * 1e9, "ns"))
     figures.append(("firmware_step_ns", batch / steps * 1e9, "ns"))
     figures.append(("python_step_us", seconds(single) / 2000 * 1e6, "us"))
+    figures.append(("batch_scaling_2_threads_x", batch_scaling(), "x"))
     return [{"name": name, "value": value, "unit": unit} for name, value, unit in figures]
+
+
+def batch_scaling(flights: int = 16, steps: int = 2000) -> float:
+    """How much faster two threads fly a batch than one does."""
+    autopilot, world = hovering("full")
+
+    def fly(threads: int) -> float:
+        autopilots, worlds = [autopilot.copy() for _ in range(flights)], [world.copy() for _ in range(flights)]
+        return seconds(lambda: _firmware.World.run_batch(autopilots, worlds, steps, threads), repeats=5)
+
+    return fly(1) / fly(2)
 
 
 def lockstep_figure() -> list[dict[str, object]]:

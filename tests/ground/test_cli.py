@@ -162,7 +162,7 @@ def test_a_number_of_the_vehicle_can_be_set(mission):
         (["plan", "MISSION", "-o", "no/such/folder/plan.csv"], "no/such/folder/plan.csv"),
         (["plan", "MISSION", "--set", "rotor.thrust_max_N"], "KEY=NUMBER is wanted"),
         (["plan", "MISSION", "--set", "mass_kg=30"], "it cannot hover"),
-        (["fly", "MISSION", "--scenario", "storm"], "scenario 'storm' is not known"),
+        (["fly", "MISSION", "--scenario", "storm"], "no scenario is called storm"),
         (["fly", "MISSION", "--out", "field.waypoints"], "choose another with --out DIR"),
         (["fly", "MISSION", "--log", "field.waypoints/f.ulg"], "choose another with --log F.ulg"),
         (["fly", "MISSION", "--vehicle", "none.toml"], "none.toml"),

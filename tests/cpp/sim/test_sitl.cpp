@@ -7,6 +7,7 @@
 
 #include "sim/sitl/bad_option.hpp"
 #include "sim/sitl/options.hpp"
+#include "sim/sitl/scenario_file.hpp"
 #include "sim/sitl/sha256.hpp"
 #include "sim/sitl/status_text.hpp"
 #include "sim/sitl/vehicle_file.hpp"
@@ -102,6 +103,30 @@ TEST_CASE("a vehicle that cannot exist or hover is refused") {
   CHECK(says(vehicle_complaint("inertia_kg_m2.2=0.0074"), "no body has inertia"));
 }
 
+TEST_CASE("every shipped scenario is one, and a setting replaces a number of it") {
+  for (const char* name : {"faults", "full", "ideal", "nominal", "outdoor", "windy"}) make_scenario(name);
+  CHECK(make_scenario("nominal").effects.drag);
+  CHECK(make_scenario("nominal").mocap.delay_us == 10000);
+  CHECK(make_scenario("windy").wind.gusts[0].velocity.y() == 2.0);
+  CHECK(make_scenario("faults").faults[0].kind == sim::Fault::Kind::kWeakRotor);
+  CHECK(make_scenario("faults").faults[0].rotor == 1);  // the second one
+  const sim::Scenario s =
+      make_scenario("ideal", {"wind.mean_m_s.1=3", "fault.2.kind=dead-rotor", "fault.2.at_s=4", "mocap.rate_hz=250"});
+  CHECK(s.wind.mean == sim::Vec3d(0, 3, 0));
+  CHECK(s.faults[2].kind == sim::Fault::Kind::kDeadRotor);
+  CHECK(s.mocap.period_us == 4000);
+}
+
+TEST_CASE("a bad setting of a scenario is refused with key, number and limit") {
+  const auto wrong = [](const std::string& setting) { return complaint([&] { make_scenario("ideal", {setting}); }); };
+  CHECK(says(wrong("wind.mean=3"), "wind.mean: no such key; there are effects.drag"));
+  CHECK(says(wrong("wind.mean_m_s.0=fast"), "'fast' is not a number"));
+  CHECK(says(wrong("wind.mean_m_s.0=80"), "80 is outside -50 to 50"));
+  CHECK(says(wrong("wind.mean_m_s.3=1"), "there are 3, counted from 0"));
+  CHECK(says(wrong("fault.9.kind=1"), "there are 8, counted from 0"));
+  CHECK(says(wrong("mocap.rate_hz"), "write key=number"));
+}
+
 TEST_CASE("options have the documented defaults") {
   const Options o = parse_options({});
   CHECK(o.port_offboard == 14580);
@@ -135,7 +160,7 @@ TEST_CASE("a bad option is refused with its name") {
   CHECK(says(option_complaint({"--speed", "-1"}), "outside 0 to 1000"));
   CHECK(says(option_complaint({"--seed", "1.5"}), "not a whole number"));
   CHECK(says(option_complaint({"--lockstep=1"}), "takes no value"));
-  CHECK(says(option_complaint({"--scenario", "storm"}), "there are ideal, nominal"));
+  CHECK(says(option_complaint({"--scenario", "storm"}), "there are faults, full, ideal, nominal, outdoor, windy"));
   CHECK(says(option_complaint({"--identity", "apm"}), "write px4 or generic"));
   CHECK(says(option_complaint({"--origin", "1,2"}), "latitude,longitude,altitude"));
   CHECK(says(option_complaint({"--port-gcs", "70000"}), "outside 0 to 65535"));
