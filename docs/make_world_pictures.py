@@ -16,11 +16,11 @@ import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "sim"))
-from settling import settling_times
-from test_integrator import SUBSTEP, error_after
 
 
 def convergence() -> None:
+    from test_integrator import SUBSTEP, error_after
+
     steps = np.array([1e-2, 5e-3, 2e-3, 1e-3, 5e-4, SUBSTEP, 1e-4])
     errors = [error_after(1.0, h)[0] for h in steps]
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
@@ -33,6 +33,8 @@ def convergence() -> None:
 
 
 def settling() -> None:
+    from settling import settling_times
+
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
     for vehicle in ("mit-vp", "mit-fp"):
         times = settling_times(10_000, vehicle, seconds=4.0)

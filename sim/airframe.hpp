@@ -6,12 +6,31 @@
 
 namespace halfroll::sim {
 
+/// Sums over the rotors of speed share times place, so that a stage of the integrator need not visit each hub.
+struct BladeSums {
+  double s = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+};
+
+inline BladeSums blade_sums(const Model& model, const PerRotor& speed) {
+  BladeSums sums;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double x = model.rotor_places[i].x(), y = model.rotor_places[i].y();
+    sums.s += speed[i];
+    sums.x += speed[i] * x;
+    sums.y += speed[i] * y;
+    sums.xx += speed[i] * x * x;
+    sums.xy += speed[i] * x * y;
+    sums.yy += speed[i] * y * y;
+  }
+  return sums;
+}
+
 /// What is around the body and does not change within a substep.
 struct Surroundings {
   Vec3d wind_W = Vec3d::Zero();
-  PerRotor rotor_speed = {0.0, 0.0, 0.0, 0.0};  // share of nominal
-  double spin = 0.0;                            // [N·m·s], angular momentum of the rotors along body up
-  double spin_rate = 0.0;                       // [N·m], its change
+  BladeSums blades;
+  double spin = 0.0;       // [N·m·s], angular momentum of the rotors along body up
+  double spin_rate = 0.0;  // [N·m], its change
   bool near_ground = false;
 };
 
@@ -22,17 +41,34 @@ inline double ground_effect(double radius, double height) {
   return excess > 0.0 ? 1.0 / (1.0 - excess) : 1.0;
 }
 
-/// Blades in moving air: thrust lost to air along the axis, force along air across it; both seen at each hub.
-inline void add_blade_air(const Model& model, const Surroundings& around, const Vec3d& air_B, const Vec3d& w_B,
-                          Vec3d& force_B, Vec3d& torque_B) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    const double x = model.rotor_places[i].x(), y = model.rotor_places[i].y(), speed = around.rotor_speed[i];
-    const double lost = model.plant.rotor_inflow_N_s_m * speed * (air_B.z() + w_B.x() * y - w_B.y() * x);
-    const double drag = model.plant.rotor_drag_N_s_m * speed;
-    const double fx = -drag * (air_B.x() - w_B.z() * y), fy = -drag * (air_B.y() + w_B.z() * x);
-    force_B += Vec3d(fx, fy, -lost);
-    torque_B += Vec3d(-y * lost, x * lost, x * fy - y * fx);
-  }
+struct BodyFrameLoad {
+  Vec3d force_B, torque_B;
+};
+
+/// Blades in moving air: a rotor loses thrust to air along its axis and is pushed by air across it; air as it passes each
+/// hub, (air_B + w x place). Summed over the hubs.
+inline BodyFrameLoad blade_air_load(const Plant& plant, const BladeSums& b, const Vec3d& air_B, const Vec3d& w) {
+  const double k = plant.rotor_inflow_N_s_m, d = plant.rotor_drag_N_s_m;
+  BodyFrameLoad load;
+  load.force_B = {-d * (b.s * air_B.x() - b.y * w.z()), -d * (b.s * air_B.y() + b.x * w.z()),
+                    -k * (b.s * air_B.z() + b.y * w.x() - b.x * w.y())};
+  load.torque_B = {-k * (b.y * air_B.z() + b.yy * w.x() - b.xy * w.y()),
+                     k * (b.x * air_B.z() + b.xy * w.x() - b.xx * w.y()),
+                     d * (b.y * air_B.x() - b.x * air_B.y() - (b.xx + b.yy) * w.z())};
+  return load;
+}
+
+/// Whether rotors and plain drag are all there is, as in most of a flight.
+inline bool only_rotors_and_drag(const Model& model, const Surroundings& around) {
+  return !around.near_ground && !model.air_moves_blades && model.spin <= 0.0 && !model.scenario.effects.ground_effect &&
+         model.plant.drag_N_s2_m2 <= 0.0;
+}
+
+/// All but gravity, where only_rotors_and_drag; the same bits as felt_load.
+inline Load plain_load(const Model& model, const Surroundings& around, const BodyLoad& rotors, const RigidBody& body) {
+  Load sum = {rotors.thrust * up_axis(body.q_WB), rotors.torque_B};
+  if (model.plant.drag_N_s_m > 0.0) sum.force_W -= model.plant.drag_N_s_m * (body.v_WB - around.wind_W);
+  return sum;
 }
 
 /// All but gravity. `rotors` is what the rotors give in still air, away from the ground.
@@ -56,9 +92,9 @@ inline Load felt_load(const Model& model, const Surroundings& around, const Cont
     if (plant.drag_N_s2_m2 > 0.0) sum.force_W -= plant.drag_N_s2_m2 * air_W.norm() * air_W;
     if (model.air_moves_blades) {
       const Eigen::Matrix3d R_WB = rotation(body.q_WB);
-      Vec3d force_B = Vec3d::Zero();
-      add_blade_air(model, around, R_WB.transpose() * air_W, body.w_WB_B, force_B, sum.torque_B);
+      const auto [force_B, torque_B] = blade_air_load(plant, around.blades, R_WB.transpose() * air_W, body.w_WB_B);
       sum.force_W += R_WB * force_B;
+      sum.torque_B += torque_B;
     }
   }
   if (model.spin > 0.0) {  // -w x h - dh/dt

@@ -25,8 +25,6 @@ bool out_of_reach(const Plant& plant, const RigidBody& body) {
 
 }  // namespace
 
-double ground_z(const Plant& plant) { return -plant.leg_height + plant.mass * plant.gravity / (4 * stiffness(plant)); }
-
 Load ground_load(const Plant& plant, const Contact& contact, const RigidBody& body) {
   Load sum;
   if (out_of_reach(plant, body)) return sum;

@@ -25,7 +25,10 @@ struct Contact {
 };
 
 /// Height of the ground in W.
-double ground_z(const Plant& plant);
+inline double ground_z(const Plant& plant) {
+  const double stiffness_per_mass = plant.contact_frequency * plant.contact_frequency / 4;
+  return -plant.leg_height + plant.gravity / (4 * stiffness_per_mass);
+}
 
 /// Whether any point could touch within a substep.
 inline bool near_ground(const Plant& plant, const RigidBody& body) {

@@ -78,7 +78,15 @@ void issue(Rotors& rotors, const RotorCommands& commands) {
 ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep, const RotorCondition& condition) {
   const RotorCommands& command = model.ideal ? rotors.issued[rotors.newest] : arrived(model, rotors, substep);
   ThrustHistory thrust;
-  thrust.begin = rotors.thrust;
+  if (model.plain_blades() && condition.sound) {  // most flights: the same as below, without its questions
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto asked = static_cast<double>(command.thrust[i]);
+      const Step pitch = blade_step(model, rotors.pitch[i], std::clamp(asked, model.thrust_min, model.thrust_max));
+      thrust.middle[i] = pitch.middle;
+      rotors.pitch[i] = rotors.thrust[i] = thrust.end[i] = pitch.end;
+    }
+    return thrust;
+  }
   for (std::size_t i = 0; i < 4; ++i) {
     const auto asked = static_cast<double>(command.thrust[i]);
     if (model.variable_pitch) {
@@ -122,7 +130,6 @@ ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep, cons
     }
   }
   rotors.thrust = thrust.end;
-  if (model.ideal) thrust.begin = thrust.end;
   return thrust;
 }
 

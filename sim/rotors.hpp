@@ -51,6 +51,9 @@ struct RotorModel {
   Share lag, lag_down, governor, slew;  // slew [N]
   double stiction_N, droop;
   bool governed;  // speed is not simply nominal
+
+  /// Blades on sound, governed rotors: nothing but lag and slew limit.
+  bool plain_blades() const { return variable_pitch && !ideal && !governed && stiction_N <= 0.0; }
 };
 
 /// Force along body up and torque of four thrusts (paper Eq 4), body axes.
@@ -59,9 +62,9 @@ struct BodyLoad {
   Vec3d torque_B = Vec3d::Zero();
 };
 
-/// Thrusts over one substep: when it begins, in its middle, when it ends.
+/// Thrusts over one substep, in its middle and when it ends.
 struct ThrustHistory {
-  PerRotor begin, middle, end;
+  PerRotor middle, end;
 };
 
 /// Rotors that have been following `commands` for long.

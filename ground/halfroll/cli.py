@@ -206,7 +206,7 @@ def fly(
 
 @app.command(add_help_option=False, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def sitl(context: typer.Context) -> None:
-    """Run the simulated vehicle: halfroll-sitl with its own options (--help lists them), and vehicle and scenario files."""
+    """Run the simulated vehicle: halfroll-sitl, its own options (--help lists them), vehicle and scenario files."""
     with _errors_for_people(as_json=False):
         from halfroll.simulator import arguments, executable
 

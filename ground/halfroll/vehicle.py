@@ -74,7 +74,7 @@ class Vehicle(Table):
     body_rate_max_rad_s: Positive
     rotor: Rotor
     battery: Battery = Battery()
-    params: dict[ParameterName, float] = {}  # autopilot parameters that differ from the firmware's defaults
+    params: dict[ParameterName, float] = Field(default_factory=dict)  # autopilot parameters that differ
 
     @property
     def weight(self) -> float:
