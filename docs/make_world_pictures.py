@@ -37,7 +37,7 @@ def settling() -> None:
 
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
     for vehicle in ("mit-vp", "mit-fp"):
-        times = settling_times(10_000, vehicle, seconds=4.0)
+        times = settling_times(10_000, vehicle)
         label = f"{vehicle}: {np.isfinite(times).sum()} of {len(times)}, worst {np.nanmax(times):.2f} s"
         axes.hist(times[np.isfinite(times)], bins=np.arange(0, 4, 0.05), histtype="step", label=label)
     axes.set(xlabel="settled to 2° after [s]", ylabel="runs of 10 000", title="Any attitude, any rate up to 10 rad/s")

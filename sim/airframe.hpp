@@ -45,16 +45,16 @@ struct BodyFrameLoad {
   Vec3d force_B, torque_B;
 };
 
-/// Blades in moving air: a rotor loses thrust to air along its axis and is pushed by air across it; air as it passes each
-/// hub, (air_B + w x place). Summed over the hubs.
+/// Blades in moving air: a rotor loses thrust to air along its axis and is pushed by air across it; air as it passes
+/// each hub, (air_B + w x place). Summed over the hubs.
 inline BodyFrameLoad blade_air_load(const Plant& plant, const BladeSums& b, const Vec3d& air_B, const Vec3d& w) {
   const double k = plant.rotor_inflow_N_s_m, d = plant.rotor_drag_N_s_m;
   BodyFrameLoad load;
   load.force_B = {-d * (b.s * air_B.x() - b.y * w.z()), -d * (b.s * air_B.y() + b.x * w.z()),
-                    -k * (b.s * air_B.z() + b.y * w.x() - b.x * w.y())};
+                  -k * (b.s * air_B.z() + b.y * w.x() - b.x * w.y())};
   load.torque_B = {-k * (b.y * air_B.z() + b.yy * w.x() - b.xy * w.y()),
-                     k * (b.x * air_B.z() + b.xy * w.x() - b.xx * w.y()),
-                     d * (b.y * air_B.x() - b.x * air_B.y() - (b.xx + b.yy) * w.z())};
+                   k * (b.x * air_B.z() + b.xy * w.x() - b.xx * w.y()),
+                   d * (b.y * air_B.x() - b.x * air_B.y() - (b.xx + b.yy) * w.z())};
   return load;
 }
 

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Autopilot', 'Estimate', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'multiply', 'parameter_table', 'rotate', 'vehicle_setup']
+__all__: list[str] = ['Autopilot', 'Estimate', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'free_rotation', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'vehicle_setup']
 class RotorKind:
     """
     Members:
@@ -256,6 +256,12 @@ class Plant:
     def arm(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
+    def gravity(self) -> float:
+        ...
+    @gravity.setter
+    def gravity(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
     def inertia(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         ...
     @inertia.setter
@@ -279,18 +285,39 @@ class Plant:
     @thrust_min.setter
     def thrust_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class Scenario:
+    """
+    Air, sensors, loads and faults of a world.
+    """
 class World:
     """
-    The simulated world (double precision): rotors, rigid body, ground, sensors.
+    The simulated world (double precision): rotors, air, rigid body, ground, sensors.
     """
+    @staticmethod
+    def run_batch(autopilots: collections.abc.Sequence[Autopilot], worlds: collections.abc.Sequence[World], steps: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        """
+        Fly each autopilot in the world beside it for so many milliseconds, in parallel (threads 0: one a core) and without the GIL. The bits are those of Autopilot.fly.
+        """
+    @typing.overload
     def __init__(self, plant: Plant, scenario: str = 'nominal', seed: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
         ...
-    def copy(self) -> World:
+    @typing.overload
+    def __init__(self, plant: Plant, scenario: Scenario, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
         ...
+    def copy(self) -> World:
+        """
+        A snapshot: flies the same future.
+        """
     def place(self, p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], v_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], thrust: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"]) -> None:
         """
-        Start again at time 0 from this state, rotors settled at these thrusts.
+        Start again at time 0 from this state, rotors settled at these thrusts; the seed stays.
         """
+    def restore(self, snapshot: World) -> None:
+        """
+        Be again what was copied.
+        """
+    def same_state(self, other: World) -> bool:
+        ...
     def step(self, thrust: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"]) -> None:
         """
         Advance 1 ms under four rotor commands [N].
@@ -299,8 +326,21 @@ class World:
         """
         thrusts (N, 4) -> truth (N, 13): p, v, q [w, x, y, z], w after each millisecond.
         """
+    def turn_to(self, q_WD: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], thrust: typing.SupportsFloat | typing.SupportsIndex, vehicle: Vehicle, params: Params, steps: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        The attitude loop alone, on the true state: turn to q_WD under a thrust [N]; truth (N, 13) as step_many.
+        """
     @property
     def accelerometer(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def battery_V(self) -> float:
+        ...
+    @property
+    def battery_charge(self) -> float:
+        ...
+    @property
+    def crashed(self) -> bool:
         ...
     @property
     def gyro(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
@@ -325,6 +365,9 @@ class World:
         ...
     @property
     def w_WB_B(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def wind_W(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         ...
 class VehicleSetup:
     """
@@ -359,10 +402,16 @@ class Autopilot:
     def __init__(self, vehicle: Vehicle, params: Params) -> None:
         ...
     def copy(self) -> Autopilot:
-        ...
+        """
+        A snapshot: with a World's it flies the same future.
+        """
     def fly(self, world: World, steps: typing.SupportsInt | typing.SupportsIndex) -> None:
         """
         N milliseconds of closed loop with a World; the links hear nothing meanwhile.
+        """
+    def restore(self, snapshot: Autopilot) -> None:
+        """
+        Be again what was copied.
         """
     def same_state(self, other: Autopilot) -> bool:
         ...
@@ -406,6 +455,10 @@ def attitude_wrench(q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32
     """
 def conjugate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
     ...
+def free_rotation(inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], h: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
+    """
+    The world's integrator on a body that nothing pushes: (q, w) after so many steps of h seconds.
+    """
 def multiply(a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], b: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
     """
     Hamilton product of two quaternions (4,), [w, x, y, z].
@@ -417,6 +470,10 @@ def parameter_table() -> list[ParamInfo]:
 def rotate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], v: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
     R(q) v: body components to world for q_WB.
+    """
+def scenario_setup(name: str = 'nominal', settings: collections.abc.Sequence[str] = []) -> Scenario:
+    """
+    A shipped scenario with settings like 'wind.mean_m_s.0=3' over it. ValueError says what is wrong.
     """
 def vehicle_setup(name: str = 'mit-vp', settings: collections.abc.Sequence[str] = []) -> VehicleSetup:
     """

@@ -1,0 +1,45 @@
+"""Scenarios reach the simulator: by name, by file, with their vehicle, seed, wind and faults."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from system.processes import MISSIONS, halfroll
+
+COURSE_D = ((0, 0, 1), (2, 1, 2), (4, -1, 1), (6, 1, 2.5), (8, -1, 1), (10, 0, 1.5))
+
+
+def scenario(folder: Path, text: str) -> Path:
+    file = folder / "mine.toml"
+    file.write_text(text)
+    return file
+
+
+def test_a_scenario_file_brings_its_vehicle_and_seed(tmp_path: Path) -> None:
+    mine = scenario(tmp_path, 'vehicle = "race-5in"\nseed = 5\n[effects]\ndrag = true\n[wind]\nmean_m_s = [0, 2, 0]\n')
+    words = ("fly", MISSIONS / "box.plan", "--json", "--out")
+    first = halfroll(*words, tmp_path / "a", "--scenario", mine)
+    again = halfroll(*words, tmp_path / "b", "--scenario", mine, "--vehicle", "race-5in", "--seed", "5")
+    other = halfroll(*words, tmp_path / "c", "--scenario", mine, "--seed", "6", "--vehicle", "race-5in")
+    assert first.code == 0, first.err
+    hashes = [run.json["commands_sha256"] for run in (first, again, other)]
+    assert hashes[0] == hashes[1]
+    assert hashes[2] == hashes[0]  # nothing is random in this world
+
+
+@pytest.mark.long
+def test_course_d_through_the_simulator_process_is_as_close_as_in_process(tmp_path: Path) -> None:
+    mission = tmp_path / "d.toml"
+    points = "".join(f"[[waypoint]]\nposition_m = {list(p)}\n" for p in COURSE_D)
+    mission.write_text(f'name = "course D"\nframe = "local"\n{points}')
+    misses = []
+    for seed in ("1", "2", "3"):
+        words = ("--mode", "fast", "--seed", seed, "--scenario", "nominal", "--json", "--out", tmp_path / seed)
+        flown = halfroll("fly", mission, *words)
+        assert flown.code == 0, flown.err
+        misses.append(flown.json["waypoint_miss_max_m"])
+    print(f"course D through halfroll-sitl: waypoint miss {np.round(misses, 3)} m")
+    assert max(misses) < 0.15
