@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x314D5248;  // "HRM1"
 constexpr std::uint64_t kRequestAgainUs = 250000;
+constexpr std::uint64_t kRequestSoonestUs = 40000, kRoundTripsToWait = 3;  // for the first repetition
 constexpr std::uint64_t kGiveUpUs = 5000000;
 
 bool is_empty_set(std::uint8_t type) { return type == kTypeFence || type == kTypeRally; }
@@ -88,6 +89,8 @@ void MissionService::begin(const Header& header, int first, int last, const Miss
   next_ = first;
   last_ = last;
   heard_us_ = now.t_us;
+  round_trip_us_ = 0;
+  repeats_ = 0;
   request_next(now, outbox);
 }
 
@@ -139,6 +142,8 @@ void MissionService::receive(const MissionItemMessage& message, const Header& he
   }
   upload().items[static_cast<std::size_t>(next_)] = message.item;
   heard_us_ = now.t_us;
+  if (repeats_ == 0) round_trip_us_ = std::max(now.t_us - requested_us_, (7 * round_trip_us_ + 7) / 8);
+  repeats_ = 0;
   ++next_;
   if (next_ <= last_) return request_next(now, outbox);
   finish(now, outbox);
@@ -210,6 +215,14 @@ void MissionService::stored(bool ok, const MissionSituation&, Outbox& outbox) {
   acknowledge(peer_, MissionResult::kAccepted, reply_type_, outbox, id());
 }
 
+/// Where the round trip is known a lost frame is asked for once more soon, which is what makes a bad radio bearable;
+/// after that at leisure, for clients count how often they are asked.
+bool MissionService::must_repeat(const MissionSituation& now) const {
+  const bool soon = repeats_ == 0 && round_trip_us_ != 0 && passed(requested_us_, kRequestSoonestUs, now) &&
+                    now.t_us - requested_us_ >= kRoundTripsToWait * round_trip_us_;
+  return soon || passed(requested_us_, kRequestAgainUs, now);
+}
+
 void MissionService::step(const MissionSituation& now, Outbox& outbox) {
   if (phase_ == Phase::kIdle) return;
   if (passed(heard_us_, kGiveUpUs, now)) {
@@ -217,7 +230,8 @@ void MissionService::step(const MissionSituation& now, Outbox& outbox) {
     phase_ = Phase::kIdle;
     acknowledge(peer_, MissionResult::kOperationCancelled, kTypeMission, outbox);
     outbox.say(Severity::kWarning, "Mission: upload timed out");
-  } else if (phase_ == Phase::kReceiving && passed(requested_us_, kRequestAgainUs, now)) {
+  } else if (phase_ == Phase::kReceiving && must_repeat(now)) {
+    ++repeats_;
     request_next(now, outbox);
   }
 }
@@ -246,7 +260,7 @@ bool MissionService::operator==(const MissionService& o) const {
   };
   const auto small = [](const MissionService& s) {
     return std::tie(s.revision_, s.current_, s.phase_, s.peer_, s.reply_type_, s.next_, s.last_, s.heard_us_,
-                    s.requested_us_, s.write_wanted_);
+                    s.requested_us_, s.round_trip_us_, s.repeats_, s.write_wanted_);
   };
   const Image &mine = stored_image(), &other = o.stored_image();
   if (!(small(*this) == small(o)) || mine.count != other.count || !same_items(mine, other, mine.count)) return false;

@@ -69,6 +69,7 @@ class MissionService {
   bool may_write(std::uint8_t type, const Header&, const MissionSituation&, Outbox&) const;
   void acknowledge(const Header&, MissionResult, std::uint8_t type, Outbox&, std::uint32_t opaque_id = 0) const;
   void request_next(const MissionSituation&, Outbox&);
+  bool must_repeat(const MissionSituation&) const;
   void begin(const Header&, int first, int last, const MissionSituation&, Outbox&);
   void finish(const MissionSituation&, Outbox&);
   void clear(const Header&, std::uint8_t type, const MissionSituation&, Outbox&);
@@ -83,8 +84,10 @@ class MissionService {
   Header peer_;
   std::uint8_t reply_type_ = kTypeMission;
   int next_ = 0, last_ = 0;
-  std::uint64_t heard_us_ = 0;      // t_last
-  std::uint64_t requested_us_ = 0;  // t_req
+  std::uint64_t heard_us_ = 0;       // t_last
+  std::uint64_t requested_us_ = 0;   // t_req
+  std::uint64_t round_trip_us_ = 0;  // of this upload, its slow side; 0: not known yet
+  std::uint8_t repeats_ = 0;         // of the request that is out
   bool write_wanted_ = false;
 };
 
