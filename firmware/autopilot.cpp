@@ -77,11 +77,6 @@ bool Autopilot::wants_to_fly() const {
 void Autopilot::navigate() {
   landed_.step(estimate_, reference_.thrust * up_axis(estimate_.q_WB).z(), vehicle_.mass * kGravity, armed_);
   flown_ = flown_ || (armed_ && !landed_.on_ground());
-  if (missions_.revision() != mission_revision_) {
-    mission_revision_ = missions_.revision();
-    mission_started_ = false;
-    runner_.reset(first());
-  }
   if (!home_ && estimate_.position_valid) set_home(estimate_.p_WB);
   watch();
   report_reached();

@@ -122,6 +122,7 @@ class Autopilot : private MissionItems {
   link::CommandResult change_mode(Mode mode, Requester who);
   const char* mission_problem(bool aloud);
   ModeContext mode_context() const;
+  float patience(link::Endpoint client) const;
   link::MissionSituation mission_situation() const;
   MissionState mission_state() const;
   link::VehicleStatus status() const;
@@ -185,9 +186,15 @@ class Autopilot : private MissionItems {
   bool home_chosen_ = false;  // by command since the last disarm
   std::array<std::array<link::Parser, 9>, link::kLinkCount> parsers_ = {};
   link::ParamService param_service_;
+  struct Owed {
+    link::Endpoint to;
+    link::CommandAck answer;
+  };
+  std::optional<Owed> owed_;  // to whom asked for parameters to be stored, once they are
   link::MissionService missions_;
   link::Streams streams_;
   link::Outbox outbox_;
+  std::array<std::uint16_t, link::kLinkCount> keeps_our_time_ = {};  // a bit per endpoint that has sent TIMESYNC
   bool params_damaged_ = false;
   bool shut_down_ = false, reboot_ = false;
   link::Text<50> problem_;  // of the stored mission, in words

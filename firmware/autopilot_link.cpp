@@ -33,11 +33,23 @@ LinkOutputs Autopilot::service(const LinkInputs& in) {
 void Autopilot::exchange(const LinkInputs& in) {
   outbox_.begin(static_cast<std::uint8_t>(params_.system_id), t_us_);
   if (in.stored.slot == link::StorageSlot::kMission) missions_.stored(in.stored.ok, mission_situation(), outbox_);
-  if (in.stored.slot == link::StorageSlot::kParams) param_service_.stored(in.stored.ok, in.wall_us, outbox_);
+  if (in.stored.slot == link::StorageSlot::kParams) {
+    param_service_.stored(in.stored.ok, in.wall_us, outbox_);
+    if (owed_) {
+      owed_->answer.result = in.stored.ok ? CommandResult::kAccepted : CommandResult::kFailed;
+      outbox_.send(owed_->to, owed_->answer);
+      owed_.reset();
+    }
+  }
   for (std::size_t i = 0; i < in.rx_count; ++i) {
     const link::Datagram& datagram = in.rx[i];
     link::Parser& parser = parsers_[datagram.from.link % link::kLinkCount][datagram.from.slot % 9U];
     parser.parse(datagram, [&](const link::Received& received) { receive(received, in.wall_us); });
+  }
+  if (missions_.revision() != mission_revision_) {
+    mission_revision_ = missions_.revision();
+    mission_started_ = false;
+    runner_.reset(first());
   }
 }
 
@@ -91,7 +103,8 @@ struct Autopilot::Dispatch {
     }
   }
   void operator()(const link::SetAttitudeTarget& m) const {
-    const LinkSetpoint setpoint{m.q_WD, m.w_WD_D, m.thrust, m.type_mask, m.time_boot_ms, source_of(from), from_ground};
+    const LinkSetpoint setpoint{m.q_WD,         m.w_WD_D,        m.thrust,    m.type_mask,
+                                m.time_boot_ms, source_of(from), from_ground, self.patience(from.from)};
     const bool active = self.mode_ == Mode::kOffboard;
     if (const char* why = self.offboard_.accept(setpoint, self.t_us_, active, self.params_)) {
       self.outbox_.say(Severity::kWarning, Sentence("Offboard: setpoint dropped (", why, ")").text());
@@ -101,6 +114,7 @@ struct Autopilot::Dispatch {
     self.outbox_.say(Severity::kWarning, "Offboard: setpoint dropped (position target)");
   }
   void operator()(const link::Timesync& m) const {
+    self.keeps_our_time_[from.from.link % link::kLinkCount] |= static_cast<std::uint16_t>(1U << (from.from.slot % 16U));
     if (m.tc1 != 0 && from_ground && m.ts1 == self.time_asked_ns_) self.time_answered_ = true;
     link::answer(m, from, self.t_us_, self.outbox_);
   }
@@ -128,6 +142,11 @@ void Autopilot::receive(const link::Received& received, std::uint64_t wall_us) {
 
 void Autopilot::receive_command(const link::Command& command, const link::Header& header, std::uint64_t wall_us) {
   const link::Wish wish = link::read_command(command, {origin_, home_position().z(), px4_identity_, count()});
+  const auto* storage = std::get_if<link::ParamStorageWish>(&wish);
+  if (storage != nullptr && storage->kind == link::ParamStorageWish::Kind::kSave && param_service_.save_at_once()) {
+    owed_ = Owed{header.from, link::acknowledgement(command, header, CommandResult::kAccepted)};
+    return;
+  }
   const CommandResult result = apply(wish, header, wall_us);
   outbox_.send(header.from, link::acknowledgement(command, header, result));
   if (const auto* message = std::get_if<link::MessageWish>(&wish);
@@ -202,6 +221,13 @@ const char* Autopilot::mission_problem(bool aloud) {
     first_position = first_position && !flown.has_position;
   }
   return nullptr;
+}
+
+/// How many times slower than vehicle time a client's clock runs: all but those that have asked for ours keep the
+/// wall's.
+float Autopilot::patience(link::Endpoint client) const {
+  const bool ours = (keeps_our_time_[client.link % link::kLinkCount] >> (client.slot % 16U) & 1U) != 0;
+  return ours ? 1.F : std::max(1.F, params_.simulation_speed);
 }
 
 link::MissionSituation Autopilot::mission_situation() const {

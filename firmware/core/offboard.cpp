@@ -20,6 +20,8 @@ bool rate_used(std::uint8_t mask, int axis) { return (mask & (1 << axis)) == 0; 
 
 std::uint64_t microseconds(float seconds) { return static_cast<std::uint64_t>(seconds * 1e6F); }
 
+bool over(std::uint64_t age_us, float limit_s, float patience) { return age_us > microseconds(limit_s * patience); }
+
 /// A stamp close to vehicle time dates the setpoint; any other is some other clock's, and arrival counts.
 std::uint64_t stamped(std::uint32_t stamp_ms, std::uint64_t t_us) {
   const std::int64_t ahead = static_cast<std::int64_t>(stamp_ms) * 1000 - static_cast<std::int64_t>(t_us);
@@ -51,7 +53,7 @@ const char* Offboard::judge(const LinkSetpoint& in, std::uint64_t t_us, bool act
   }
   const std::uint32_t older_by = last_stamp_ms_ - in.stamp_ms;
   if (has_owner_ && in.source == owner_ && in.stamp_ms != 0 && older_by >= 1 && older_by <= 1000) return "older";
-  const bool owner_silent = t_us - last_good_us_ > microseconds(params.offboard_loss_after);
+  const bool owner_silent = over(t_us - last_good_us_, params.offboard_loss_after, owner_patience_);
   if (active && has_owner_ && in.source != owner_ && !owner_silent) return "another source";
   return nullptr;
 }
@@ -81,6 +83,7 @@ const char* Offboard::accept(const LinkSetpoint& in, std::uint64_t t_us, bool ac
   has_owner_ = true;
   owner_ = in.source;
   owner_is_ground_ = in.ground_station;
+  owner_patience_ = in.patience;
   return nullptr;
 }
 
@@ -90,9 +93,9 @@ OffboardStage Offboard::stage(std::uint64_t t_us, bool armed, const Params& para
     return late ? OffboardStage::kNeverStarted : OffboardStage::kWaiting;
   }
   const std::uint64_t age = t_us - last_good_us_;
-  if (!armed || age <= microseconds(params.offboard_rate_after)) return OffboardStage::kTracking;
-  if (age <= microseconds(params.offboard_hold_after)) return OffboardStage::kNoRates;
-  return age <= microseconds(params.offboard_loss_after) ? OffboardStage::kRecovering : OffboardStage::kLost;
+  if (!armed || !over(age, params.offboard_rate_after, owner_patience_)) return OffboardStage::kTracking;
+  if (!over(age, params.offboard_hold_after, owner_patience_)) return OffboardStage::kNoRates;
+  return over(age, params.offboard_loss_after, owner_patience_) ? OffboardStage::kLost : OffboardStage::kRecovering;
 }
 
 }  // namespace halfroll

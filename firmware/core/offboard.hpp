@@ -15,6 +15,7 @@ struct LinkSetpoint {
   std::uint32_t stamp_ms = 0;   // sender's time_boot_ms; vehicle time if it follows it
   std::uint32_t source = 0;     // who: differs for every (system, component, endpoint)
   bool ground_station = false;  // component 191
+  float patience = 1.F;         // this source's clock runs so many times slower than vehicle time
 };
 
 /// What the age of the last good setpoint asks for.
@@ -36,7 +37,8 @@ class Offboard {
 
   auto state() const {
     return std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, type_mask_, entered_us_,
-                    last_good_us_, has_setpoint_, has_owner_, owner_, owner_is_ground_, last_stamp_ms_, dropped_);
+                    last_good_us_, has_setpoint_, has_owner_, owner_, owner_is_ground_, owner_patience_, last_stamp_ms_,
+                    dropped_);
   }
 
  private:
@@ -49,6 +51,7 @@ class Offboard {
   bool has_owner_ = false;
   std::uint32_t owner_ = 0;
   bool owner_is_ground_ = false;
+  float owner_patience_ = 1.F;
   std::uint32_t last_stamp_ms_ = 0;
   std::uint32_t dropped_ = 0;
 };

@@ -103,7 +103,7 @@ StorageRequest ParamService::save(const Params& params) {
   std::memcpy(&image_[4], &count, sizeof count);
   const std::uint32_t checksum = crc32(&image_[kHeaderSize], size - kHeaderSize, crc32(&image_[4], 4));
   std::memcpy(&image_[8], &checksum, sizeof checksum);
-  dirty_ = false;
+  dirty_ = urgent_ = false;
   return {StorageSlot::kParams, image_.data(), size};
 }
 

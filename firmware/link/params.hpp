@@ -23,7 +23,9 @@ class ParamService {
   void service(std::uint64_t wall_us, const Params&, Outbox&);
 
   /// Values changed more than half a second ago (wall) and not yet stored.
-  bool save_due(std::uint64_t wall_us) const { return dirty_ && wall_us >= dirty_since_wall_us_ + 500000; }
+  bool save_due(std::uint64_t wall_us) const { return dirty_ && (urgent_ || wall_us >= dirty_since_wall_us_ + 500000); }
+  /// Store what is not yet stored now; false if there is nothing.
+  bool save_at_once() { return urgent_ = dirty_; }
   /// Make the image of what differs from the defaults; valid until the next call. Counts as saved.
   StorageRequest save(const Params&);
   /// A failed write is tried again, and said.
@@ -47,7 +49,7 @@ class ParamService {
 
   Params defaults_;
   std::array<Listing, static_cast<std::size_t>(kLinkCount* kSlots)> listings_ = {};
-  bool dirty_ = false;
+  bool dirty_ = false, urgent_ = false;
   std::uint64_t dirty_since_wall_us_ = 0;
   std::array<std::uint8_t, kImageCapacity> image_ = {};
 };

@@ -37,34 +37,39 @@ link::Datagram datagram(const std::string& bytes, int link, int slot) {
           bytes.size()};
 }
 
-/// Storage exists only in the shells; here every write succeeds at once.
-LinkInputs with_storage(LinkInputs in, link::StorageSlot& wanted) {
-  in.stored = {wanted, true};
-  wanted = link::StorageSlot::kNone;
-  return in;
+Boot boot_as(bool px4_identity) {
+  Boot boot;
+  boot.px4_identity = px4_identity;
+  return boot;
+}
+
+Params at_speed(Params params, float simulation_speed) {
+  params.simulation_speed = simulation_speed;
+  return params;
 }
 
 class BoundAutopilot {
  public:
-  BoundAutopilot(const Vehicle& vehicle, const Params& params) : autopilot_(vehicle, params) {}
+  BoundAutopilot(const Vehicle& vehicle, const Params& params, bool px4_identity, float simulation_speed)
+      : autopilot_(vehicle, at_speed(params, simulation_speed), boot_as(px4_identity)) {}
 
   BoundOutputs step(const Vec3& w_WB_B, const Vec3& specific_force_B, const std::optional<PoseFix>& pose,
-                    const py::bytes& rx, int link, int slot) {
+                    const py::bytes& rx, int link, int slot, std::uint64_t wall_us) {
     Inputs in;
     in.measured.imu = {w_WB_B, specific_force_B};
     in.measured.pose = pose;
     const std::string bytes = rx;
     const link::Datagram received = datagram(bytes, link, slot);
-    in.link = with_storage(link_inputs(received), storing_);
+    in.link = link_inputs(received, wall_us);
     const Outputs out = autopilot_.step(in);
     storing_ = out.link.store.slot;
     return {out.rotors.thrust, packets(out.link)};
   }
 
-  std::vector<Packet> service(const py::bytes& rx, int link, int slot) {
+  std::vector<Packet> service(const py::bytes& rx, int link, int slot, std::uint64_t wall_us) {
     const std::string bytes = rx;
     const link::Datagram received = datagram(bytes, link, slot);
-    const LinkOutputs out = autopilot_.service(with_storage(link_inputs(received), storing_));
+    const LinkOutputs out = autopilot_.service(link_inputs(received, wall_us));
     storing_ = out.store.slot;
     return packets(out);
   }
@@ -102,16 +107,29 @@ class BoundAutopilot {
 
   /// The loop of the SITL without its links: N milliseconds of autopilot and world, each answering the other.
   void fly(BoundWorld& world, std::size_t steps) {
-    for (std::size_t i = 0; i < steps; ++i) world.step(autopilot_.step(sitl::sensed(world.world())).rotors);
+    const link::Datagram nothing;
+    for (std::size_t i = 0; i < steps; ++i) {
+      Inputs in = sitl::sensed(world.world());
+      in.link = link_inputs(nothing, autopilot_.t_us());
+      const Outputs out = autopilot_.step(in);
+      storing_ = out.link.store.slot;
+      world.step(out.rotors);
+    }
   }
 
   const Autopilot& autopilot() const { return autopilot_; }
 
+  bool storage_works = true;
+
  private:
-  static LinkInputs link_inputs(const link::Datagram& received) {
+  /// Storage exists only in the shells; here a write succeeds or fails at once.
+  LinkInputs link_inputs(const link::Datagram& received, std::uint64_t wall_us) {
     LinkInputs in;
     in.rx = &received;
     in.rx_count = received.size == 0 ? 0 : 1;
+    in.wall_us = wall_us;
+    in.stored = {storing_, storage_works};
+    storing_ = link::StorageSlot::kNone;
     return in;
   }
 
@@ -158,11 +176,12 @@ void bind_flight(py::module_& m) {
       .def_readonly("tx", &BoundOutputs::tx);
 
   py::class_<BoundAutopilot>(m, "Autopilot", "The firmware itself, the same library as halfroll-sitl.")
-      .def(py::init<const Vehicle&, const Params&>(), "vehicle"_a, "params"_a)
+      .def(py::init<const Vehicle&, const Params&, bool, float>(), "vehicle"_a, "params"_a, py::kw_only(),
+           "px4_identity"_a = false, "simulation_speed"_a = 1.F)
       .def("step", &BoundAutopilot::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(),
-           "rx"_a = py::bytes(""), "link"_a = 0, "slot"_a = 0,
+           "rx"_a = py::bytes(""), "link"_a = 0, "slot"_a = 0, "wall_us"_a = 0,
            "Advance 1 ms: sensors and received bytes in, Outputs out.")
-      .def("service", &BoundAutopilot::service, "rx"_a, "link"_a = 0, "slot"_a = 0,
+      .def("service", &BoundAutopilot::service, "rx"_a, "link"_a = 0, "slot"_a = 0, "wall_us"_a = 0,
            "Answer the link while no time passes; frames as (link, slot, bytes).")
       .def("step_many", &BoundAutopilot::step_many, "imu"_a, "poses"_a = std::nullopt,
            "N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].")
@@ -178,6 +197,7 @@ void bind_flight(py::module_& m) {
           "same_state",
           [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
           "other"_a)
+      .def_readwrite("storage_works", &BoundAutopilot::storage_works, "Whether the writes that it asks for succeed.")
       .def_property_readonly("t_us", [](const BoundAutopilot& a) { return a.autopilot().t_us(); })
       .def_property_readonly("armed", [](const BoundAutopilot& a) { return a.autopilot().armed(); })
       .def_property_readonly("on_ground", [](const BoundAutopilot& a) { return a.autopilot().on_ground(); })

@@ -399,7 +399,7 @@ class Autopilot:
     """
     The firmware itself, the same library as halfroll-sitl.
     """
-    def __init__(self, vehicle: Vehicle, params: Params) -> None:
+    def __init__(self, vehicle: Vehicle, params: Params, *, px4_identity: bool = False, simulation_speed: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> None:
         ...
     def copy(self) -> Autopilot:
         """
@@ -415,11 +415,11 @@ class Autopilot:
         """
     def same_state(self, other: Autopilot) -> bool:
         ...
-    def service(self, rx: bytes, link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0) -> list[tuple[int, int, bytes]]:
+    def service(self, rx: bytes, link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0, wall_us: typing.SupportsInt | typing.SupportsIndex = 0) -> list[tuple[int, int, bytes]]:
         """
         Answer the link while no time passes; frames as (link, slot, bytes).
         """
-    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, rx: bytes = b'', link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0) -> Outputs:
+    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, rx: bytes = b'', link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0, wall_us: typing.SupportsInt | typing.SupportsIndex = 0) -> Outputs:
         """
         Advance 1 ms: sensors and received bytes in, Outputs out.
         """
@@ -441,6 +441,14 @@ class Autopilot:
         ...
     @property
     def params(self) -> Params:
+        ...
+    @property
+    def storage_works(self) -> bool:
+        """
+        Whether the writes that it asks for succeed.
+        """
+    @storage_works.setter
+    def storage_works(self, arg0: bool) -> None:
         ...
     @property
     def t_us(self) -> int:
