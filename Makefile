@@ -15,7 +15,7 @@ test: lint build
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
 	$(BIN)/pytest -m "not long"
 
-test-long: build
+test-long: build $(VENV)/clients
 	$(BIN)/pytest -m long
 
 bench: build
@@ -43,6 +43,12 @@ $(VENV)/ready: pyproject.toml constraints.txt | build/deps/doctest
 	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e . \
 	  -C build-dir=$(BUILD) -C cmake.define.HALFROLL_TESTS=ON
 	$(BIN)/python cmake/link_build.py $(BUILD)
+	@touch $@
+
+# MAVSDK and MAVProxy, for the tests in tests/system/clients.
+$(VENV)/clients: pyproject.toml constraints.txt cmake/requirements.py | $(VENV)/ready
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps -c constraints.txt \
+	  $$($(BIN)/python cmake/requirements.py clients)
 	@touch $@
 
 lint: $(VENV)/ready
