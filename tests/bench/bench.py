@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from link_figures import instruction_figures, upload_figures
 
 from halfroll import _dialect, _firmware
 from halfroll.errors import PlanError
@@ -161,7 +162,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("build/bench.json"))
     output = parser.parse_args().output
     figures: list[dict[str, object]] = []
-    for part in (loop_figures, lockstep_figure, closed_form_figures, plan_figures):
+    parts = (loop_figures, lockstep_figure, instruction_figures, upload_figures, closed_form_figures, plan_figures)
+    for part in parts:
         for figure in part():
             print(f"{figure['name']:40s} {figure['value']:12.4g} {figure['unit']}", flush=True)
             figures.append(figure)
