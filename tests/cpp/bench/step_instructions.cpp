@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "autopilot.hpp"
+#include "sim/sitl/scenario_file.hpp"
+#include "sim/sitl/sensed.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 #include "sim/world.hpp"
 
@@ -51,18 +53,16 @@ void command(Client& client, std::uint16_t number, float p1, float p2 = 0.F, flo
 struct Flight {
   sitl::VehicleSetup setup = sitl::make_vehicle("mit-vp", {});
   Autopilot autopilot{setup.vehicle, setup.params};
-  sim::Scenario scenario = *sim::find_scenario("nominal");
-  sim::World world = sim::start(setup.plant, scenario, 1);
+  sim::Model model{setup.plant, sitl::make_scenario("nominal")};
+  sim::World world = sim::start(model, 1);
   Client ground{1, 191, {0, 0}, {}, {}}, uploader{255, 190, {1, 0}, {}, {}}, asker{254, 190, {1, 1}, {}, {}};
   std::vector<link::Datagram> rx;
-  Inputs in;
   std::uint16_t item = 0;
   link::StorageResult stored;
 
   void run(int steps) {
     for (int n = 0; n < steps; ++n) {
-      in.measured = world.readings;
-      in.link = {};
+      Inputs in = sitl::sensed(world);
       in.link.wall_us = world.t_us;
       in.link.stored = stored;
       rx.clear();
@@ -73,7 +73,7 @@ struct Flight {
       in.link.rx_count = rx.size();
       const Outputs out = autopilot.step(in);
       stored = {out.link.store.slot, true};
-      world = sim::step(setup.plant, scenario, world, out.rotors);
+      sim::step(model, world, out.rotors);
       for (Client* client : {&ground, &uploader, &asker}) client->bytes.clear();
     }
   }
