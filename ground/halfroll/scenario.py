@@ -146,6 +146,7 @@ class Fault(Table):
 class Scenario(Table):
     """What a scenario file says; frozen. A vehicle and a seed are what a flight uses that names none itself."""
 
+    name: str = ""  # default: the file's
     description: str = ""
     vehicle: str | None = None
     seed: Annotated[int, Field(ge=0)] | None = None
@@ -170,7 +171,7 @@ class Scenario(Table):
     def numbers(self) -> dict[str, float]:
         """Every number by its dotted key ("wind.mean_m_s.0", "fault.0.kind"), as `halfroll-sitl --scenario-set` takes
         them."""
-        told = self.model_dump(exclude={"description", "vehicle", "seed"})
+        told = self.model_dump(exclude={"name", "description", "vehicle", "seed"})
         return dict(tables.numbers(told, _FAULTS))
 
 
@@ -190,6 +191,7 @@ def load_scenario(name_or_path: str | Path, overrides: Mapping[str, str | float]
             f"scenario has no number called {key}; keys are dotted, like mocap.delay_s or wind.mean_m_s.0"
         )
         tables.override(table, key, entry, unknown, tuple(Scenario.model_fields))
+    table.setdefault("name", Path(name_or_path).stem)
     try:
         return Scenario.model_validate(table)
     except ValidationError as error:

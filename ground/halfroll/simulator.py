@@ -67,7 +67,7 @@ def vehicle_arguments(vehicle: Vehicle) -> list[str]:
 
 def scenario_arguments(scenario: Scenario) -> list[str]:
     """Any scenario, as the perfect world with every number set."""
-    words = ["--scenario", "ideal"]
+    words = ["--scenario", "ideal", "--scenario-called", scenario.name or "own"]
     for key, number in scenario.numbers().items():
         words += ["--scenario-set", f"{key}={number:.17g}"]
     return words

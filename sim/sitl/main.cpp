@@ -49,7 +49,7 @@ int fly(const Options& options) {
   }
   std::printf("halfroll-sitl: ready, offboard udp %d -> %d, gcs udp %d -> %d, vehicle %s, scenario %s, seed %llu\n",
               options.port_offboard, options.peer_offboard, options.port_gcs, options.peer_gcs, options.vehicle.c_str(),
-              options.scenario_name.c_str(), static_cast<unsigned long long>(options.seed));
+              options.scenario_called.c_str(), static_cast<unsigned long long>(options.seed));
   std::fflush(stdout);
   simulation.run();
   std::printf("halfroll-sitl: flew %.3f s of vehicle time, commands_sha256 %s\n", simulation.flown_s(),

@@ -74,6 +74,8 @@ const std::vector<Row>& rows() {
        [](Options& o, Given&, S s) { o.scenario_name = s; }},
       {"scenario-set", "KEY=NUMBER", "replace a number of the scenario; repeatable",
        [](Options& o, Given&, S s) { o.scenario_settings.push_back(s); }},
+      {"scenario-called", "NAME", "what log and output call it (its name)",
+       [](Options& o, Given&, S s) { o.scenario_called = s; }},
       {"seed", "S", "of everything random (0)", [](Options& o, Given&, S s) { o.seed = seed_of(s); }},
       {"lockstep", nullptr, "every 10 ms wait for the ground station's TIMESYNC",
        [](Options& o, Given&, S) { o.lockstep = true; }},
@@ -149,6 +151,7 @@ Options parse_options(const std::vector<std::string>& arguments) {
     }
   }
   options.scenario = make_scenario(options.scenario_name, options.scenario_settings);
+  if (options.scenario_called.empty()) options.scenario_called = options.scenario_name;
   options.speed = given.speed.value_or(options.lockstep ? 0.0 : 1.0);
   settle_ports(options, given);
   return options;

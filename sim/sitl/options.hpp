@@ -12,9 +12,9 @@ namespace halfroll::sitl {
 struct Options {
   int instance = 0;
   std::string vehicle = "mit-vp";
-  std::vector<std::string> settings;  // "key=number", for vehicle_file
-  std::string scenario_name = "nominal";
-  std::vector<std::string> scenario_settings;  // "key=number", for scenario_file
+  std::vector<std::string> settings;                       // "key=number", for vehicle_file
+  std::string scenario_name = "nominal", scenario_called;  // called: in log and output; empty: by its name
+  std::vector<std::string> scenario_settings;              // "key=number", for scenario_file
   sim::Scenario scenario;
   std::uint64_t seed = 0;
   bool lockstep = false;

@@ -42,11 +42,8 @@ Simulation::Simulation(const Options& options, const VehicleSetup& setup, const 
       model_(setup.plant, options.scenario),
       world_(sim::start(model_, options.seed)) {
   if (options.log.empty()) return;
-  log_.emplace(
-      options.log,
-      FlightFacts{version, setup.name, options.scenario_name + (options.scenario_settings.empty() ? "" : " (changed)"),
-                  options.seed, options.lockstep},
-      autopilot_.params());
+  log_.emplace(options.log, FlightFacts{version, setup.name, options.scenario_called, options.seed, options.lockstep},
+               autopilot_.params());
 }
 
 void Simulation::run() {

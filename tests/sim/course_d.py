@@ -24,7 +24,7 @@ WINDY_AND_WEAK = ("fault.0.kind=weak-rotor", "fault.0.rotor=2", "fault.0.at_s=0"
 
 @dataclass(frozen=True)
 class Flown:
-    complete: bool  # to the end, within half a metre of the plan, right side up
+    complete: bool  # at the end it hovers within half a metre of the last waypoint, right side up
     miss_m: float  # the farthest that any waypoint was missed by when it was due
     worst_m: float  # distance from the plan
 
@@ -51,8 +51,9 @@ def fly(vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seed:
     at = np.stack([np.interp(made.times_s, t, column) for column in positions.T], axis=1)
     miss = float(np.linalg.norm(at - np.array(POINTS), axis=1).max())
     upright = 1.0 - 2.0 * float(flight.world.q_WB[1] ** 2 + flight.world.q_WB[2] ** 2) > 0.7
-    held = flight.autopilot.mode == "OFFBOARD" and flight.autopilot.armed
-    return Flown(held and upright and worst < 0.5 and not flight.world.crashed, miss, worst)
+    held = flight.autopilot.mode == "Offboard" and flight.autopilot.armed
+    arrived = float(np.linalg.norm(positions[-1] - np.array(POINTS[-1]))) < 0.5
+    return Flown(held and upright and arrived and not flight.world.crashed, miss, worst)
 
 
 def _fly(case: tuple[str, str, str, tuple[str, ...], int]) -> Flown:
@@ -71,5 +72,6 @@ def summary(name: str, flown: list[Flown]) -> str:
     miss = np.array([f.miss_m for f in flown])
     return (
         f"{name}: {sum(f.complete for f in flown)} of {len(flown)} complete, waypoint miss median "
-        f"{np.median(miss):.3f}, 95 % {np.quantile(miss, 0.95):.3f}, worst {miss.max():.3f} m"
+        f"{np.median(miss):.3f}, 95 % {np.quantile(miss, 0.95):.3f}, worst {miss.max():.3f} m; never farther from the plan than "
+        f"{max(f.worst_m for f in flown):.3f} m"
     )

@@ -48,7 +48,8 @@ class StreamedFlight:
         self.vehicle = load_vehicle(vehicle)
         self.autopilot = _firmware.Autopilot(setup.vehicle, params)
         self.world = _firmware.World(setup.plant, _firmware.scenario_setup(scenario, list(settings)), seed)
-        self._codec = _dialect.MAVLink(None, srcSystem=1, srcComponent=GROUND)
+        self._gcs = _dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+        self._ground = _dialect.MAVLink(None, srcSystem=1, srcComponent=GROUND)
         values = {name: params[name] for name in PARAMETERS}
         self._full_thrust = values["VEH_T_REF"]
         self.references = References.for_vehicle(self.vehicle, values, link_delay=0.0)
@@ -59,7 +60,8 @@ class StreamedFlight:
 
     def command(self, number: int, *params: float) -> None:
         filled = (*params, *([0.0] * (7 - len(params))))
-        self._send(self._codec.command_long_encode(1, 1, number, 0, *filled))
+        message = self._gcs.command_long_encode(1, 1, number, 0, *filled)
+        self.autopilot.service(message.pack(self._gcs), link=1)
 
     def take_off(self, height: float) -> None:
         """To hover at `height` over the origin, within ten seconds."""
@@ -84,7 +86,7 @@ class StreamedFlight:
         for _ in range(round(seconds * 1000) // TICK_MS):
             setpoint = self.references.setpoint(path, start_us, self.state())
             self._send(
-                self._codec.set_attitude_target_encode(
+                self._ground.set_attitude_target_encode(
                     self.autopilot.t_us // 1000,
                     *(1, 1, 0),
                     to_wire(setpoint.q_WD).tolist(),
@@ -100,5 +102,5 @@ class StreamedFlight:
         return np.array(t), np.array(positions)
 
     def _send(self, message: object) -> None:
-        self.autopilot.service(message.pack(self._codec))  # type: ignore[attr-defined]
-        self._codec.seq = (self._codec.seq + 1) % 256
+        self.autopilot.service(message.pack(self._ground), link=0)  # type: ignore[attr-defined]
+        self._ground.seq = (self._ground.seq + 1) % 256

@@ -136,6 +136,7 @@ TEST_CASE("options have the documented defaults") {
   CHECK(o.speed == 1.0);
   CHECK(o.vehicle == "mit-vp");
   CHECK(o.scenario_name == "nominal");
+  CHECK(o.scenario_called == "nominal");
   CHECK(parse_options({"--lockstep"}).speed == 0.0);
   CHECK(parse_options({"--lockstep", "--speed", "1"}).speed == 1.0);
 }
