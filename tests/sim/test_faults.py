@@ -1,4 +1,4 @@
-"""What a flight makes of faults: a weak rotor is flown with, a dead one ends in a crash that is noticed."""
+"""What a flight makes of faults: a weak rotor is flown with, two dead ones end in a crash that is noticed."""
 
 import numpy as np
 from streamed import StreamedFlight
@@ -18,8 +18,9 @@ def test_a_weak_rotor_is_held_against_by_the_position_loop():
     assert np.linalg.norm(flight.world.p_WB - before) < 0.3
 
 
-def test_a_dead_rotor_brings_it_down_and_the_world_says_so():
-    flight = hovering("fault.0.kind=dead-rotor", "fault.0.at_s=12", "fault.0.rotor=1")
+def test_two_dead_rotors_bring_it_down_and_the_world_says_so():
+    dead = [f"fault.{n}.{key}" for n in (0, 1) for key in ("kind=dead-rotor", "at_s=12", f"rotor={n + 1}")]
+    flight = hovering(*dead)
     flight.fly(500)
     assert not flight.world.crashed
     flight.fly(5000)
