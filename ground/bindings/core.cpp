@@ -158,6 +158,7 @@ void bind_kernels(py::module_& m) {
       .def(
           "reset", [](BoundOuterLoop& self, const Quad& q_WB) { self.loop.reset(to_quat(q_WB)); }, "q_WB"_a,
           "Forget errors and chart; continue from this attitude.")
+      .def("copy", [](const BoundOuterLoop& self) { return self; })
       .def("step", &BoundOuterLoop::step, py::kw_only(), "t_us"_a, "q_WB"_a, "w_WB_B"_a, "p_WB"_a, "v_WB"_a,
            "at_sample"_a, "now"_a, "lead_acceleration"_a = Vec3(Vec3::Zero()), "lead_rate"_a = Vec3(Vec3::Zero()),
            "mid_age"_a = 0.F, "sigma"_a = 1.F, "sigma_event_near"_a = false, "on_ground"_a = false,

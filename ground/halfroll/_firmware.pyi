@@ -236,6 +236,8 @@ class OuterLoop:
     """
     def __init__(self, vehicle: Vehicle, params: Params) -> None:
         ...
+    def copy(self) -> OuterLoop:
+        ...
     def reset(self, q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> None:
         """
         Forget errors and chart; continue from this attitude.

@@ -10,14 +10,15 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from halfroll import _firmware, segments
 from halfroll._firmware import FlatReference, OuterLoop, RotorKind, Setpoint
-from halfroll.vehicle import Vehicle
+from halfroll.vehicle import GRAVITY, Vehicle
 
 if TYPE_CHECKING:
     from halfroll.plan import Plan
@@ -58,18 +59,39 @@ class Leads:
     """How far ahead of the tick each field is taken [s]; the attitude is taken at the tick itself."""
 
     mid_age: float  # mean age of a setpoint while it is in use
-    rate: float
-    thrust: float
+    rate_gain: float  # of the attitude loop, Kd/J [1/s]
+    delay: float  # dead time of the rotors
+    lag: float  # first-order, of their thrusts
 
     @classmethod
-    def of(cls, params: Mapping[str, float], link_delay: float) -> Leads:
+    def of(cls, params: Mapping[str, float], link_delay: float, rotor_delay: float = 0.0) -> Leads:
         """params: the autopilot's; link_delay: what the wire is believed to take [s], 0 in lockstep.
 
         The rate leads by the attitude loop's own lag J/Kd, the thrust by the rotors'.
         """
-        mid_age = link_delay + TICK_S / 2.0
-        rate_gain = 2.0 * params["ATT_ZETA"] * params["ATT_WN"]  # zw = Kd / J
-        return cls(mid_age, 1.0 / rate_gain + mid_age, params["ACT_LEAD"] + mid_age)
+        delay = min(rotor_delay, params["ACT_LEAD"])
+        rate_gain = 2.0 * params["ATT_ZETA"] * params["ATT_WN"]
+        return cls(link_delay + TICK_S / 2.0, rate_gain, delay, params["ACT_LEAD"] - delay)
+
+    def acceleration(self, path: Path, t: float) -> Array:
+        """(3,) what the rotors are asked for so that, lagging, they give the path's acceleration."""
+        at = path.at(t + self.mid_age + self.delay)
+        return np.asarray(at[2, :3] + self.lag * at[3, :3])
+
+    def rate_ahead(self, path: Path, t: float) -> Array:
+        """(3,) what the rate sent at t is more than the path's at t: the path's while the setpoint is in use, and what
+        makes the attitude law ask for the path's angular acceleration a, with what the rotors' lag needs.
+
+        A rate w + e makes the law ask for J (rate_gain e - w x e), the second part from its -J w x w_d.
+        """
+        middle = t + self.mid_age
+        begin, end = middle + self.delay - TICK_S / 2.0, middle + self.delay + TICK_S / 2.0
+        speed_up = path.rate_at(end) - path.rate_at(begin)
+        further = path.rate_change_at(end) - path.rate_change_at(begin)
+        x, y, z = w = path.rate_at(middle)
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        extra = np.linalg.solve(self.rate_gain * np.eye(3) - cross, (speed_up + self.lag * further) / TICK_S)
+        return np.asarray(w - path.rate_at(t) + extra)
 
 
 @dataclass(frozen=True)
@@ -83,6 +105,7 @@ class Path:
     derivatives: Array
     rates: Array
     sigma_events: tuple[float, ...] = ()
+    leads_nose: bool = False  # see References._led_by_the_nose
 
     @property
     def duration(self) -> float:
@@ -94,6 +117,13 @@ class Path:
 
     def rate_at(self, t: float) -> Array:
         return _interpolated(self.rates, t)
+
+    def rate_change_at(self, t: float) -> Array:
+        return _interpolated(self._rate_changes, t)
+
+    @cached_property
+    def _rate_changes(self) -> Array:
+        return np.asarray(np.gradient(self.rates, TABLE_STEP_S, axis=0))
 
     def sigma_at(self, t: float) -> float:
         return -1.0 if bisect_right(self.sigma_events, t) % 2 else 1.0
@@ -116,7 +146,7 @@ def _rows(duration: float) -> Array:
 def path_of(plan: Plan) -> Path:
     """The plan's table. Its last row lies at or just after the plan's end, where it is at rest."""
     t = _rows(plan.T)
-    return Path(plan.trajectory.derivatives(t, 5), plan.rates(t), plan.sigma_events)
+    return Path(plan.trajectory.derivatives(t, 5), plan.rates(t), plan.sigma_events, plan.mode != "paper")
 
 
 def approach(state: TelemetryLike, position: ArrayLike, yaw: float) -> Path:
@@ -171,7 +201,9 @@ class References:
         bound = _firmware.Params()
         for name in PARAMETERS:
             bound[name] = params[name]
-        return cls(_firmware.OuterLoop(firmware_vehicle(vehicle), bound), Leads.of(params, link_delay))
+        return cls(
+            _firmware.OuterLoop(firmware_vehicle(vehicle), bound), Leads.of(params, link_delay, vehicle.rotor.delay_s)
+        )
 
     def begin(self, state: TelemetryLike) -> None:
         """Forget what was flown before; continue from this attitude."""
@@ -180,21 +212,61 @@ class References:
     def setpoint(self, path: Path, start_us: int, state: TelemetryLike) -> Setpoint:
         """What to send at the tick of `state` when `path` began at start_us of vehicle time."""
         t = (state.t_us - start_us) * 1e-6
-        now = _flat(path.at(t))
-        return self._loop.step(
-            t_us=state.t_us,
-            q_WB=state.q_WB,
-            w_WB_B=state.w_WB_B,
-            p_WB=state.p_WB,
-            v_WB=state.v_WB,
-            at_sample=now,  # telemetry is the estimate for its own stamp, the tick
-            now=now,
-            lead_acceleration=path.at(t + self._leads.thrust)[2, :3],
-            lead_rate=path.rate_at(t + self._leads.rate) - path.rate_at(t),
-            mid_age=self._leads.mid_age,
-            sigma=path.sigma_at(t),
-            sigma_event_near=path.is_near_sigma_event(t),
-        )
+        planned = path.at(t)
+
+        def asked(now: FlatReference) -> dict[str, Any]:
+            return {
+                "t_us": state.t_us,
+                "q_WB": state.q_WB,
+                "w_WB_B": state.w_WB_B,
+                "p_WB": state.p_WB,
+                "v_WB": state.v_WB,
+                "at_sample": now,  # telemetry is the estimate for its own stamp, the tick
+                "now": now,
+                "lead_acceleration": self._leads.acceleration(path, t),
+                "lead_rate": self._leads.rate_ahead(path, t),
+                "mid_age": self._leads.mid_age,
+                "sigma": path.sigma_at(t),
+                "sigma_event_near": path.is_near_sigma_event(t),
+            }
+
+        now = _flat(planned)
+        if path.leads_nose:
+            tried = self._loop.copy().step(**asked(now) | {"lead_rate": np.zeros(3)})
+            now = _flat(_nose_led(planned, path.rate_at(t)[2], tried))
+        return self._loop.step(**asked(now))
+
+
+def _nose_led(planned: Array, rate: float, tried: Setpoint) -> Array:
+    """`planned` (5, 4) with the yaw and yaw rate for which position feedback turns the planned attitude the shortest
+    way to the thrust axis of `tried`, at the planned body rate about it.
+
+    Near the horizon the yaw of one attitude, counted from upright, depends so strongly on where the thrust axis points
+    that feedback of a degree would turn the nose as far, with the little torque that rotors have for it.
+    """
+    force = planned[2, :3] + np.array([0.0, 0.0, GRAVITY])
+    axis = force / np.linalg.norm(force)
+    q_planned = _firmware.multiply(_least_rotation(_UP, axis), _about_up(planned[0, 3]))
+    tried_axis = np.asarray(_firmware.rotate(tried.q_WD, _UP), dtype=np.float64)
+    q_wanted = _firmware.multiply(_least_rotation(axis, tried_axis), q_planned)
+    turn = _firmware.multiply(_firmware.conjugate(_least_rotation(_UP, tried_axis)), q_wanted)
+    led = planned.copy()
+    led[0, 3] = 2.0 * math.atan2(turn[3], turn[0])
+    led[1, 3] += rate - tried.w_WD_D[2]
+    return led
+
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def _least_rotation(a: Array, b: Array) -> Array:
+    """(4,): turns unit vector a onto b the shortest way; not for opposite ones."""
+    q = np.array([1.0 + float(a @ b), *np.cross(a, b)])
+    return np.asarray(q / np.linalg.norm(q))
+
+
+def _about_up(yaw: float) -> Array:
+    return np.array([math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)])
 
 
 def _flat(derivatives: Array) -> FlatReference:

@@ -36,17 +36,20 @@ class Listening:
         self.asked.append(asked)
 
 
-def test_leads_in_lockstep_are_those_of_the_recipe():
-    leads = Leads.of(VP, link_delay=0.0)  # zw = 2 * 0.9 * 16 = 28.8 /s, half a tick is 5 ms
+def test_leads_in_lockstep_are_half_a_tick_and_what_the_rotors_need():
+    leads = Leads.of(VP, link_delay=0.0, rotor_delay=0.003)
     assert leads.mid_age == pytest.approx(0.005)
-    assert leads.rate == pytest.approx(1 / 28.8 + 0.005)
-    assert leads.thrust == pytest.approx(0.026)
+    assert leads.rate_gain == pytest.approx(2 * 0.9 * 16)
+    assert (leads.delay, leads.lag) == pytest.approx((0.003, 0.018))
 
 
 def test_leads_in_real_time_allow_for_the_wire():
-    leads = Leads.of(VP, link_delay=0.002)
-    assert leads.rate == pytest.approx(0.0417, abs=5e-5)
-    assert leads.thrust == pytest.approx(0.028)
+    assert Leads.of(VP, link_delay=0.002).mid_age == pytest.approx(0.007)
+
+
+def test_without_a_lead_the_rotors_are_believed_to_follow_at_once():
+    leads = Leads.of(VP | {"ACT_LEAD": 0.0}, 0.0, 0.003)
+    assert (leads.delay, leads.lag) == (0.0, 0.0)
 
 
 @given(st.floats(0.0, 1.0, allow_subnormal=False), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -57,21 +60,67 @@ def test_a_table_is_exact_on_its_rows_linear_between_and_at_rest_outside(share, 
     assert path.rate_at(2.0)[0] == pytest.approx(b)
 
 
-def test_each_field_is_taken_from_its_own_time_of_the_path():
+def test_thrust_and_rates_are_what_a_lag_needs_to_follow_the_path_while_the_setpoint_is_in_use():
     t = np.arange(1001) * 1e-3
     derivatives = np.zeros((1001, 5, 4))
-    derivatives[:, 0, 0] = derivatives[:, 2, 2] = t  # position x and acceleration z tell the time
-    path = Path(derivatives, np.stack([t, t**2, 0 * t], axis=1))
-    loop, leads = Listening(), Leads.of(VP, 0.0)
+    derivatives[:, 0, 0] = t  # position x tells the time
+    derivatives[:, 2, 2], derivatives[:, 3, 2] = t**2, 2.0 * t  # acceleration z, and jerk
+    path = Path(derivatives, np.stack([t, t**2, t**3], axis=1))
+    loop, leads = Listening(), Leads.of(VP, 0.0, rotor_delay=0.003)
     References(loop, leads).setpoint(path, 2_000_000, state(t_us=2_300_000))
     (asked,) = loop.asked
     assert asked["t_us"] == 2_300_000
     assert asked["now"].position[0] == pytest.approx(0.3)
     assert asked["at_sample"] is asked["now"]  # the estimate is for its own stamp, the tick
-    assert asked["lead_acceleration"][2] == pytest.approx(0.3 + 0.026)
-    later = 0.3 + 1 / 28.8 + 0.005
-    assert asked["lead_rate"] == pytest.approx([later - 0.3, later**2 - 0.09, 0.0], abs=1e-6)
+    later = 0.3 + 0.005 + 0.003
+    assert asked["lead_acceleration"][2] == pytest.approx(later**2 + 0.018 * 2 * later, abs=1e-6)
+    middle = 0.3 + 0.005
+    change = np.array([1.0, 2 * later, 3 * later**2]) + 0.018 * np.array([0.0, 2.0, 6 * later])  # w' + lag w''
+    then = np.array([middle, middle**2, middle**3])
+    extra = asked["lead_rate"] - (then - [0.3, 0.09, 0.027])
+    assert 28.8 * extra - np.cross(then, extra) == pytest.approx(change, abs=1e-3)
     assert asked["mid_age"] == pytest.approx(0.005)
+
+
+def test_led_rates_make_the_attitude_law_ask_for_the_torque_of_the_path_about_all_axes_at_once():
+    t = np.arange(1001) * 1e-3
+    rates = np.stack([6.0 * np.sin(9.0 * t), 5.0 * np.cos(7.0 * t), np.sin(4.0 * t)], axis=1)
+    path = Path(np.zeros((1001, 5, 4)), rates)
+    leads = Leads.of(VP | {"ACT_LEAD": 0.0}, 0.0)
+    vehicle = load_vehicle("mit-vp")
+    params = _firmware.Params()
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    for now in (0.1, 0.33, 0.7):
+        then = now + leads.mid_age
+        w = path.rate_at(then)
+        sent = path.rate_at(now) + leads.rate_ahead(path, now)
+        _, torque = _firmware.attitude_wrench(
+            level, w, level, sent, np.zeros(3), 5.6, references.firmware_vehicle(vehicle), params
+        )
+        J = np.array(vehicle.inertia_kg_m2)
+        turning = np.array([54.0 * np.cos(9.0 * then), -35.0 * np.sin(7.0 * then), 4.0 * np.cos(4.0 * then)])
+        assert torque == pytest.approx(J * turning + np.cross(w, J * w), abs=2e-3)
+
+
+def test_position_feedback_turns_a_near_optimal_plan_s_attitude_the_shortest_way():
+    """So the nose is where the plan has it, although yaw counted from upright would turn it by many times as much."""
+    planned = np.zeros((5, 4))
+    planned[2, :3] = (15.0, 0.0, -9.0)  # the thrust axis near the horizon
+    planned[0, 3] = 0.4
+    axis = np.array([15.0, 0.0, 0.81]) / np.linalg.norm([15.0, 0.0, 0.81])
+    aside = axis + np.array([0.0, 0.02, 0.0])
+    aside /= np.linalg.norm(aside)
+    q_planned = _firmware.multiply(
+        references._least_rotation(np.array([0.0, 0.0, 1.0]), axis), np.array([np.cos(0.2), 0.0, 0.0, np.sin(0.2)])
+    )
+    tried = SimpleNamespace(
+        q_WD=references._least_rotation(np.array([0.0, 0.0, 1.0]), aside), w_WD_D=np.array([0.0, 0.0, 0.3])
+    )
+    led = references._nose_led(planned, 0.1, tried)
+    q_led = _firmware.multiply(tried.q_WD, np.array([np.cos(led[0, 3] / 2), 0.0, 0.0, np.sin(led[0, 3] / 2)]))
+    turn = _firmware.multiply(_firmware.conjugate(q_planned), q_led)
+    assert 2.0 * np.linalg.norm(turn[1:]) == pytest.approx(np.arccos(axis @ aside), abs=1e-5)
+    assert led[1, 3] == pytest.approx(-0.2)
 
 
 def test_sigma_turns_over_at_its_events_and_is_free_near_them():
