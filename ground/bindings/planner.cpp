@@ -84,9 +84,29 @@ void bind_values(py::module_& m) {
                        double gravity) { return Vehicle{mass, inertia, arm, yaw_coefficient, gravity}; }),
            py::kw_only(), "mass"_a, "inertia"_a, "arm"_a, "yaw_coefficient"_a, "gravity"_a);
 
+  py::class_<Drive>(m, "Drive", "How rotors follow their commands [N]; see halfroll.limits.Drive.")
+      .def(py::init([](double lag_up, double lag_down, bool of_speed, double command_min, double command_max) {
+             return Drive{lag_up, lag_down, of_speed, command_min, command_max};
+           }),
+           "lag_up"_a = 0.0, "lag_down"_a = 0.0, "of_speed"_a = false, "command_min"_a = -kNoLimit,
+           "command_max"_a = kNoLimit);
+
+  py::class_<Heading>(m, "Heading", "Where the nose points, within an angle: along the path, or towards a point [m].")
+      .def(py::init<>())
+      .def_static(
+          "path", [](double cosine, double slack) { return Heading{Heading::Rule::kPath, cosine, slack}; }, "cosine"_a,
+          "slack"_a)
+      .def_static(
+          "towards",
+          [](double x, double y, double cosine, double slack) {
+            return Heading{Heading::Rule::kPoint, cosine, slack, x, y};
+          },
+          "x"_a, "y"_a, "cosine"_a, "slack"_a);
+
   py::class_<Limits>(m, "Limits", "Infinite: switched off. SI; see halfroll.limits.Limits.")
       .def(py::init([](double rotor_min, double rotor_max, double force_min, double force_z_min, double body_rate_max,
-                       double floor, bool vertical) {
+                       double floor, bool vertical, double rotor_rate_max, const Drive& drive, double tilt_cos_min,
+                       double ceiling, const Heading& heading) {
              Limits limits;
              limits.rotor_min = rotor_min;
              limits.rotor_max = rotor_max;
@@ -95,26 +115,49 @@ void bind_values(py::module_& m) {
              limits.body_rate_max = body_rate_max;
              limits.floor = floor;
              limits.vertical = vertical;
+             limits.rotor_rate_max = rotor_rate_max;
+             limits.drive = drive;
+             limits.tilt_cos_min = tilt_cos_min;
+             limits.ceiling = ceiling;
+             limits.heading = heading;
              return limits;
            }),
            py::kw_only(), "rotor_min"_a, "rotor_max"_a, "force_min"_a = -kNoLimit, "force_z_min"_a = -kNoLimit,
-           "body_rate_max"_a = kNoLimit, "floor"_a = -kNoLimit, "vertical"_a = false);
+           "body_rate_max"_a = kNoLimit, "floor"_a = -kNoLimit, "vertical"_a = false, "rotor_rate_max"_a = kNoLimit,
+           "drive"_a = Drive{}, "tilt_cos_min"_a = -kNoLimit, "ceiling"_a = kNoLimit, "heading"_a = Heading{});
 
   py::class_<Constraints>(m, "Constraints", "The rows that a vehicle and its limits make.")
-      .def(py::init<const Vehicle&, const Limits&, bool>(), "vehicle"_a, "limits"_a, "any_speed_limit"_a);
+      .def(py::init<const Vehicle&, const Limits&, bool, int>(), "vehicle"_a, "limits"_a, "any_speed_limit"_a,
+           "walls"_a = 0);
+
+  py::class_<PieceLimits>(m, "PieceLimits",
+                          "What differs from leg to leg: speed [m/s], and walls (x, y, offset) that are not crossed.")
+      .def(py::init([](double speed_max, const std::vector<std::array<double, 3>>& walls) {
+             PieceLimits piece{speed_max, {}};
+             for (const auto& [x, y, offset] : walls) piece.walls.push_back({x, y, offset});
+             return piece;
+           }),
+           "speed_max"_a = kNoLimit, "walls"_a = std::vector<std::array<double, 3>>{})
+      .def_readonly("speed_max", &PieceLimits::speed_max)
+      .def_property_readonly("walls", [](const PieceLimits& piece) {
+        std::vector<std::array<double, 3>> walls;
+        for (const Wall& wall : piece.walls) walls.push_back({wall.x, wall.y, wall.offset});
+        return walls;
+      });
 }
 
 void bind_problem(py::module_& m) {
   py::class_<Problem>(m, "Problem",
                       "A trajectory to improve: N pieces, nodes (N+1, 5, 4) derivatives 0..4 of x, y, z, yaw.")
       .def(py::init([](const Array& nodes, const std::vector<double>& durations, const Flags& given,
-                       const std::vector<int>& leg, const std::vector<double>& speed_max,
-                       const std::array<bool, 4>& frozen, bool tied) {
-             return Problem{{nodes_from(nodes), durations}, masks_from(given), leg, speed_max, frozen, tied};
+                       const std::vector<int>& leg, const std::vector<PieceLimits>& limits,
+                       const std::array<bool, 4>& frozen, bool tied, const std::vector<bool>& timed) {
+             return Problem{{nodes_from(nodes), durations}, masks_from(given), leg, limits, timed, frozen, tied};
            }),
-           "nodes"_a, "durations"_a, "given"_a, "leg"_a, "speed_max"_a, "frozen"_a, "tied"_a,
-           "given (N+1, 5, 4): what is not free; leg and speed_max (N,) of each piece; frozen (4,): axes that stand "
-           "still.")
+           "nodes"_a, "durations"_a, "given"_a, "leg"_a, "limits"_a, "frozen"_a, "tied"_a,
+           "timed"_a = std::vector<bool>{},
+           "given (N+1, 5, 4): what is not free; leg and limits (N,) of each piece; frozen (4,): axes that stand "
+           "still; timed (N,): whose time is given.")
       .def("split", &Problem::split, "parts"_a, "Each piece cut into equal ones; the path does not change.")
       .def(
           "stretched",
@@ -130,7 +173,7 @@ void bind_problem(py::module_& m) {
       .def_property_readonly(
           "coefficients", [](const Problem& p) { return coefficients_of(p.start); }, "(N, 10, 4)")
       .def_property_readonly("leg", [](const Problem& p) { return p.leg; })
-      .def_property_readonly("speed_max", [](const Problem& p) { return p.speed_max; })
+      .def_property_readonly("limits", [](const Problem& p) { return p.limits; })
       .def_property_readonly("total", [](const Problem& p) { return p.start.total(); })
       .def(
           "least_margin",
@@ -191,17 +234,22 @@ void bind_solver(py::module_& m) {
   m.def(
       "bound_name",
       [](const Constraints& constraints, int bound) {
-        return describe(constraints.rows().at(constraints.bounds().at(bound).row).quantity);
+        return describe(constraints.rows().at(constraints.bounds().at(bound).row));
       },
       "constraints"_a, "bound"_a, "What a bound limits, in words, and its unit.");
 
   m.def(
-      "certify",
-      [](const Array& coefficients, const std::vector<double>& durations, const std::vector<double>& speed_max,
-         const Constraints& constraints) {
-        return certify(pieces_from(coefficients), durations, speed_max, constraints);
+      "bound_limit",
+      [](const Constraints& constraints, int bound, const PieceLimits& piece) {
+        return constraints.on_piece(bound, piece).limit;
       },
-      "coefficients"_a, "durations"_a, "speed_max"_a, "constraints"_a,
+      "constraints"_a, "bound"_a, "piece"_a, "What a bound allows on a piece.");
+
+  m.def(
+      "certify",
+      [](const Array& coefficients, const std::vector<double>& durations, const std::vector<PieceLimits>& limits,
+         const Constraints& constraints) { return certify(pieces_from(coefficients), durations, limits, constraints); },
+      "coefficients"_a, "durations"_a, "limits"_a, "constraints"_a,
       "Proof over whole pieces (N, 10, 4), lowest power of tau first.");
 }
 

@@ -6,32 +6,62 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Certificate', 'Constraints', 'Limits', 'Problem', 'Tightening', 'Vehicle', 'bound_name', 'certify', 'minimise_time', 'rotor_range', 'tighten_around_peaks']
+__all__: list[str] = ['Certificate', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'minimise_time', 'rotor_range', 'tighten_around_peaks']
 class Vehicle:
     """
     What thrust depends on; SI, inertia (3,) about body axes.
     """
     def __init__(self, *, mass: typing.SupportsFloat | typing.SupportsIndex, inertia: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], arm: typing.SupportsFloat | typing.SupportsIndex, yaw_coefficient: typing.SupportsFloat | typing.SupportsIndex, gravity: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class Drive:
+    """
+    How rotors follow their commands [N]; see halfroll.limits.Drive.
+    """
+    def __init__(self, lag_up: typing.SupportsFloat | typing.SupportsIndex = 0.0, lag_down: typing.SupportsFloat | typing.SupportsIndex = 0.0, of_speed: bool = False, command_min: typing.SupportsFloat | typing.SupportsIndex = ..., command_max: typing.SupportsFloat | typing.SupportsIndex = ...) -> None:
+        ...
+class Heading:
+    """
+    Where the nose points, within an angle: along the path, or towards a point [m].
+    """
+    @staticmethod
+    def path(cosine: typing.SupportsFloat | typing.SupportsIndex, slack: typing.SupportsFloat | typing.SupportsIndex) -> Heading:
+        ...
+    @staticmethod
+    def towards(x: typing.SupportsFloat | typing.SupportsIndex, y: typing.SupportsFloat | typing.SupportsIndex, cosine: typing.SupportsFloat | typing.SupportsIndex, slack: typing.SupportsFloat | typing.SupportsIndex) -> Heading:
+        ...
+    def __init__(self) -> None:
+        ...
 class Limits:
     """
     Infinite: switched off. SI; see halfroll.limits.Limits.
     """
-    def __init__(self, *, rotor_min: typing.SupportsFloat | typing.SupportsIndex, rotor_max: typing.SupportsFloat | typing.SupportsIndex, force_min: typing.SupportsFloat | typing.SupportsIndex = ..., force_z_min: typing.SupportsFloat | typing.SupportsIndex = ..., body_rate_max: typing.SupportsFloat | typing.SupportsIndex = ..., floor: typing.SupportsFloat | typing.SupportsIndex = ..., vertical: bool = False) -> None:
+    def __init__(self, *, rotor_min: typing.SupportsFloat | typing.SupportsIndex, rotor_max: typing.SupportsFloat | typing.SupportsIndex, force_min: typing.SupportsFloat | typing.SupportsIndex = ..., force_z_min: typing.SupportsFloat | typing.SupportsIndex = ..., body_rate_max: typing.SupportsFloat | typing.SupportsIndex = ..., floor: typing.SupportsFloat | typing.SupportsIndex = ..., vertical: bool = False, rotor_rate_max: typing.SupportsFloat | typing.SupportsIndex = ..., drive: Drive = ..., tilt_cos_min: typing.SupportsFloat | typing.SupportsIndex = ..., ceiling: typing.SupportsFloat | typing.SupportsIndex = ..., heading: Heading = ...) -> None:
         ...
 class Constraints:
     """
     The rows that a vehicle and its limits make.
     """
-    def __init__(self, vehicle: Vehicle, limits: Limits, any_speed_limit: bool) -> None:
+    def __init__(self, vehicle: Vehicle, limits: Limits, any_speed_limit: bool, walls: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+class PieceLimits:
+    """
+    What differs from leg to leg: speed [m/s], and walls (x, y, offset) that are not crossed.
+    """
+    def __init__(self, speed_max: typing.SupportsFloat | typing.SupportsIndex = ..., walls: collections.abc.Sequence[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] = []) -> None:
+        ...
+    @property
+    def speed_max(self) -> float:
+        ...
+    @property
+    def walls(self) -> list[typing.Annotated[list[float], "FixedSize(3)"]]:
         ...
 class Problem:
     """
     A trajectory to improve: N pieces, nodes (N+1, 5, 4) derivatives 0..4 of x, y, z, yaw.
     """
-    def __init__(self, nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], given: typing.Annotated[numpy.typing.ArrayLike, numpy.bool], leg: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], speed_max: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], frozen: typing.Annotated[collections.abc.Sequence[bool], "FixedSize(4)"], tied: bool) -> None:
+    def __init__(self, nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], given: typing.Annotated[numpy.typing.ArrayLike, numpy.bool], leg: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], limits: collections.abc.Sequence[PieceLimits], frozen: typing.Annotated[collections.abc.Sequence[bool], "FixedSize(4)"], tied: bool, timed: collections.abc.Sequence[bool] = []) -> None:
         """
-        given (N+1, 5, 4): what is not free; leg and speed_max (N,) of each piece; frozen (4,): axes that stand still.
+        given (N+1, 5, 4): what is not free; leg and limits (N,) of each piece; frozen (4,): axes that stand still; timed (N,): whose time is given.
         """
     def least_margin(self, constraints: Constraints, samples: typing.SupportsInt | typing.SupportsIndex) -> float:
         """
@@ -55,10 +85,10 @@ class Problem:
     def leg(self) -> list[int]:
         ...
     @property
-    def nodes(self) -> numpy.typing.NDArray[numpy.float64]:
+    def limits(self) -> list[PieceLimits]:
         ...
     @property
-    def speed_max(self) -> list[float]:
+    def nodes(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
     @property
     def tied(self) -> bool:
@@ -99,11 +129,15 @@ class Certificate:
     @property
     def unproven(self) -> list[int]:
         ...
+def bound_limit(constraints: Constraints, bound: typing.SupportsInt | typing.SupportsIndex, piece: PieceLimits) -> float:
+    """
+    What a bound allows on a piece.
+    """
 def bound_name(constraints: Constraints, bound: typing.SupportsInt | typing.SupportsIndex) -> tuple[str, str]:
     """
     What a bound limits, in words, and its unit.
     """
-def certify(coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], speed_max: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], constraints: Constraints) -> Certificate:
+def certify(coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], limits: collections.abc.Sequence[PieceLimits], constraints: Constraints) -> Certificate:
     """
     Proof over whole pieces (N, 10, 4), lowest power of tau first.
     """

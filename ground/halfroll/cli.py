@@ -45,6 +45,22 @@ Margin = Annotated[
     float | None,
     typer.Option("--margin", metavar="SHARE", help="Share of rotor thrust kept free (mission 0.1, rotors 0)."),
 ]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--limit",
+        metavar="NAME=NUMBER",
+        help="A limit, or off: speed_m_s, tilt_deg, body_rate_deg_s, rotor_rate_N_s, floor_m, ceiling_m; repeatable.",
+    ),
+]
+YawRule = Annotated[
+    str | None,
+    typer.Option(
+        "--yaw",
+        metavar="free|given|path|N,W",
+        help="Where the nose points: what is fastest, as given, along the path, at a point in metres from home.",
+    ),
+]
 PlanningMode = Annotated[str, typer.Option("--mode", metavar="paper|fast|best", help="How near the least time.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output, progress on standard error.")]
 
@@ -71,8 +87,11 @@ def check(
     mission: MissionFile,
     vehicle: VehicleName = "mit-vp",
     settings: Settings = None,
+    mode: PlanningMode = "paper",
     limits: LimitsKind = "mission",
     margin: Margin = None,
+    changes: Changes = None,
+    yaw: YawRule = None,
     as_json: Json = False,
 ) -> None:
     """Say what will be flown, what is not supported, and how long it takes."""
@@ -83,8 +102,11 @@ def check(
             found = preflight.check(
                 mission,
                 vehicle,
+                mode=mode,
                 limits=_limits(limits),
                 margin=_share(margin),
+                changes=_changes(changes),
+                yaw=yaw,
                 overrides=_overrides(settings),
                 progress=said,
             )
@@ -107,6 +129,8 @@ def plan(
     vehicle: VehicleName = "mit-vp",
     limits: LimitsKind = "mission",
     margin: Margin = None,
+    changes: Changes = None,
+    yaw: YawRule = None,
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
@@ -122,7 +146,14 @@ def plan(
         began_s = wall_s()
         with console.status("planning") as said:
             made = preflight.plan(
-                mission, flown_by, mode=mode, limits=_limits(limits), margin=_share(margin), progress=said
+                mission,
+                flown_by,
+                mode=mode,
+                limits=_limits(limits),
+                margin=_share(margin),
+                changes=_changes(changes),
+                yaw=yaw,
+                progress=said,
             )
         solve_s = wall_s() - began_s
         if output is not None:
@@ -156,6 +187,8 @@ def fly(
     mode: PlanningMode = "paper",
     margin: Margin = None,
     limits: LimitsKind = "mission",
+    changes: Changes = None,
+    yaw: YawRule = None,
     settings: Settings = None,
     log: Annotated[Path | None, typer.Option(metavar="F.ulg", help="Where the log goes; else into DIR.")] = None,
     report: Annotated[Path | None, typer.Option(metavar="R.html", help="Where the report goes; else into DIR.")] = None,
@@ -191,6 +224,8 @@ def fly(
                 limits=_limits(limits),
                 margin=_share(margin),
                 mode=preflight.planning_mode(mode),
+                changes=_changes(changes),
+                yaw=yaw,
                 log_path=files.log,
                 progress=said,
             )
@@ -223,6 +258,8 @@ def ground(
     mode: PlanningMode = "paper",
     margin: Margin = None,
     limits: LimitsKind = "mission",
+    changes: Changes = None,
+    yaw: YawRule = None,
     settings: Settings = None,
 ) -> None:
     """Run the ground station until Ctrl-C: it plans what is uploaded, and flies it once it is started."""
@@ -231,14 +268,15 @@ def ground(
             raise InputError(f"instance {instance}: ports are laid out for 0 to 9; choose one of these")
         from halfroll import preflight
         from halfroll.flight import run_ground
+        from halfroll.mission import PlanOptions
         from halfroll.vehicle import load_vehicle
 
         run_ground(
             load_vehicle(vehicle, _overrides(settings)),
             instance=instance,
-            limits=_limits(limits),
-            margin=_share(margin),
-            mode=preflight.planning_mode(mode),
+            options=PlanOptions.of(
+                preflight.planning_mode(mode), _limits(limits), _share(margin), _changes(changes), yaw
+            ),
             report=lambda event: print(f"{event.t_s:8.2f} s  {event.text}", flush=True),
         )
 
@@ -254,6 +292,17 @@ def _overrides(settings: Sequence[str] | None) -> dict[str, str | float]:
             raise InputError(f"--set {setting}: KEY=NUMBER is wanted, like rotor.thrust_max_N=2.5")
         pairs[key.strip()] = number.strip()
     return pairs
+
+
+def _changes(settings: Sequence[str] | None) -> dict[str, float | None]:
+    changes: dict[str, float | None] = {}
+    for setting in settings or ():
+        name, _, number = (word.strip() for word in setting.partition("="))
+        try:
+            changes[name] = None if number == "off" else float(number)
+        except ValueError:
+            raise InputError(f"--limit {setting}: NAME=NUMBER or NAME=off is wanted, like tilt_deg=45") from None
+    return changes
 
 
 def _limits(kind: str) -> Literal["mission", "rotors"]:

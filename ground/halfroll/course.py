@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from halfroll.errors import MissionError, PlanError
 from halfroll.frames import degrees_from_wire, heading_deg_to_yaw
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, local_from_global
-from halfroll.mission import CAPACITY, NOT_GIVEN, Mission, MissionItem, Vector, Waypoint
+from halfroll.mission import CAPACITY, NOT_GIVEN, Mission, MissionItem, Rules, Vector, Waypoint
 from halfroll.mission_check import Finding, Severity
 from halfroll.mission_items import (
     ABSOLUTE_FRAMES,
@@ -44,6 +44,7 @@ class Course:
     last_item: int  # reached at the end of the plan
     hands_back_to: int | None  # the autopilot continues with this one; None: the mission is complete
     notes: tuple[Finding, ...] = ()  # why the plan ends before the mission's positions do
+    rules: Rules = field(default_factory=Rules)  # in W
 
 
 def course(
@@ -54,9 +55,10 @@ def course(
     start_yaw: float = 0.0,
 ) -> Course:
     """The course of a mission, by its own waypoints if it has them, else by its items. See `flown_waypoints`."""
-    if not mission.waypoints:
-        return flown_waypoints(mission.items, origin, home, takeoff_altitude, start_yaw)
     home = home or origin
+    rules = mission.rules.in_world(origin, home)
+    if not mission.waypoints:
+        return replace(flown_waypoints(mission.items, origin, home, takeoff_altitude, start_yaw), rules=rules)
     n, w, _ = local_from_global(origin, mission.anchor or home)
     u = home.alt - origin.alt
     moved = tuple(
@@ -64,7 +66,7 @@ def course(
         for point in mission.waypoints
     )
     first, last = moved[0].item or 0, moved[-1].item or 0
-    return Course(moved, first, last, last + 1 if last + 1 < len(mission.items) else None)
+    return Course(moved, first, last, last + 1 if last + 1 < len(mission.items) else None, rules=rules)
 
 
 def flown_waypoints(

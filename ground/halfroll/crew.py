@@ -16,9 +16,9 @@ from multiprocessing.connection import Connection
 
 from halfroll.errors import HalfrollError, LinkError
 from halfroll.link import GCS, GCS_SYSTEM, GROUND, Link, Message
-from halfroll.mission import Mission, PlanMode
+from halfroll.mission import DEFAULT_OPTIONS, Mission, PlanOptions
 from halfroll.pilot import Pilot
-from halfroll.planning import Limits, PlanningProcess
+from halfroll.planning import PlanningProcess
 from halfroll.record import Event, Record
 from halfroll.station import Station
 from halfroll.transport import UdpTransport, wait_for_any, wall_s
@@ -35,9 +35,7 @@ class Orders:
 
     mission: Mission
     vehicle: Vehicle
-    limits: Limits = "mission"
-    margin: float | None = None
-    mode: PlanMode = "paper"
+    options: PlanOptions = DEFAULT_OPTIONS
 
 
 @dataclass(frozen=True)
@@ -94,9 +92,7 @@ def fly_mission(
             offboard_link,
             orders.vehicle,
             planner,
-            orders.limits,
-            orders.margin,
-            orders.mode,
+            orders.options,
             finer=orders.mission,
             other_links=[gcs_link],
             report=report,

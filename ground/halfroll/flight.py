@@ -27,9 +27,9 @@ from halfroll.crew import Debriefing, Orders, hear_all
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
 from halfroll.geodesy import GeoPoint
 from halfroll.link import GROUND, Link
-from halfroll.mission import Mission, PlanMode
+from halfroll.mission import DEFAULT_OPTIONS, LimitsKind, Mission, PlanMode, PlanOptions
 from halfroll.mission_files import load_mission
-from halfroll.planning import Limits, PlanningProcess
+from halfroll.planning import PlanningProcess
 from halfroll.record import Event
 from halfroll.scenario import Scenario, load_scenario, shipped_scenarios
 from halfroll.station import Station
@@ -91,9 +91,11 @@ def fly(
     seed: int | None = None,
     lockstep: bool = True,
     speed: float | None = None,
-    limits: Limits = "mission",
+    limits: LimitsKind = "mission",
     margin: float | None = None,
     mode: PlanMode = "paper",
+    changes: Mapping[str, float | None] | None = None,
+    yaw: str | None = None,
     overrides: Mapping[str, str | float] | None = None,
     origin: GeoPoint | None = None,
     log_path: str | Path | None = None,
@@ -103,10 +105,10 @@ def fly(
 ) -> FlightResult:
     """Fly a mission in a simulator of its own, from takeoff to landing, and return what was recorded.
 
-    vehicle, seed: default the scenario's, else mit-vp and 0; scenario: shipped name, file, or built;
-    speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W, default the planned home
-    of a .plan; log_path: default in a new temporary folder; instance: of the ports, default the first that is free;
-    progress(phase, fraction or None) and report(event) are called on the way.
+    vehicle, seed: default the scenario's, else mit-vp and 0; scenario: shipped name, file, or built; changes, yaw:
+    as for preflight.plan; speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W,
+    default the planned home of a .plan; log_path: default in a new temporary folder; instance: of the ports, default
+    the first that is free; progress(phase, fraction or None) and report(event) are called on the way.
 
     Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
     SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
@@ -117,6 +119,7 @@ def fly(
         raise error
     world = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     flown_by = built_vehicle(vehicle or world.vehicle or "mit-vp", overrides)
+    options = PlanOptions.of(mode, limits, margin, changes, yaw)
     log = Path(log_path) if log_path else Path(tempfile.mkdtemp(prefix="halfroll-")) / "flight.ulg"
     progress("start the simulator", None)
     with contextlib.ExitStack() as stack:
@@ -142,7 +145,7 @@ def fly(
         crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
         with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
-            ours.send(Orders(flown, flown_by, limits, margin, mode))
+            ours.send(Orders(flown, flown_by, options))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
         debriefing = watch.until_debriefed()
         said = watch.until_simulator_ends()
@@ -167,9 +170,7 @@ def run_ground(
     vehicle: Vehicle,
     *,
     instance: int = 0,
-    limits: Limits = "mission",
-    margin: float | None = None,
-    mode: PlanMode = "paper",
+    options: PlanOptions = DEFAULT_OPTIONS,
     report: Callable[[Event], None] = lambda event: None,
 ) -> None:
     """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
@@ -186,7 +187,7 @@ def run_ground(
         with PlanningProcess() as planner:
             report(Event("connected", 0.0, f"waiting for an autopilot on UDP port {transport.port}"))
             link = Link(transport, GROUND)
-            station = Station(link, vehicle, planner, limits, margin, mode, report=tell)
+            station = Station(link, vehicle, planner, options, report=tell)
             while True:
                 wait_for_any([transport], _POLL_S / 2)
                 while hear_all([link], [station.hear]):
@@ -197,7 +198,7 @@ def run_ground(
                     report(Event("released", link.t_us * 1e-6, str(error)))
                     transport.forget_peer()
                     link = Link(transport, GROUND)
-                    station = Station(link, vehicle, planner, limits, margin, mode, report=tell)
+                    station = Station(link, vehicle, planner, options, report=tell)
                 station.answer_time()
     finally:
         transport.close()

@@ -8,13 +8,14 @@ over whole pieces can take its place behind the same `margins`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from halfroll.errors import InputError
 from halfroll.flatness import FlatOutputs, inverse_dynamics
 from halfroll.segments import PiecewisePolynomial
 from halfroll.vehicle import Vehicle
@@ -22,8 +23,30 @@ from halfroll.vehicle import Vehicle
 Array = NDArray[np.float64]
 
 _FLOOR = 0.5  # [m], lowest height outside takeoff and landing
+_FIXED_PITCH_LIFT = 0.65  # of the weight: the outer loop clamps at 0.5, and feedback needs room above that
 _REFINE_BELOW = 0.02  # relative margin under which every local extremum is refined
 _REFINE_ROUNDS, _REFINE_POINTS = 6, 9
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How rotors follow commands, and the commands they take [N]: what limits how quickly thrust can change.
+
+    Variable pitch: thrust lags its command c, so that following f takes c = f + lag f'. Fixed pitch: the speed of the
+    motor, sqrt(f), does, and following takes the speed sqrt(f) + lag f'/(2 sqrt(f)), whatever share of the lag the
+    autopilot's LAG_COMP hides.
+    """
+
+    lag_up: float  # [s]
+    lag_down: float
+    of_speed: bool
+    command_min: float
+    command_max: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, command_min: float, command_max: float) -> Drive:
+        rotor = vehicle.rotor
+        return cls(rotor.lag_s, rotor.lag_down_s, not vehicle.variable_pitch, command_min, command_max)
 
 
 @dataclass(frozen=True)
@@ -37,6 +60,10 @@ class Limits:
     body_rate_max: float | None = None
     force_z_min: float | None = None  # upright flight; not asked of purely vertical flight with variable pitch
     force_min: float | None = None  # |F|: keeps the attitude from turning at once; the same exception
+    rotor_rate_max: float | None = None  # [N/s], either way
+    drive: Drive | None = None
+    tilt_max: float | None = None  # of the thrust axis from the vertical; the same exception
+    ceiling: float | None = None  # greatest height in W
 
     @classmethod
     def of(
@@ -47,7 +74,7 @@ class Limits:
         hold upright. `rotors`: rotor thrust alone, margin 0.
 
         Both keep the thrust axis above the horizon: fixed pitch F_z >= 4 f_min, in missions
-        half the weight, where its outer loop clamps; variable pitch a small part of the weight.
+        well above half the weight, where its outer loop clamps; variable pitch a small part of the weight.
         """
         rotor, mission = vehicle.rotor, kind == "mission"
         margin = (0.1 if mission else 0.0) if margin is None else margin
@@ -56,22 +83,64 @@ class Limits:
         if vehicle.variable_pitch:
             force_z_min = (0.1 if mission else 0.04) * vehicle.weight
         else:
-            force_z_min = max(4.0 * rotor.thrust_min_N, 0.5 * vehicle.weight if mission else 0.0)
+            force_z_min = max(4.0 * rotor.thrust_min_N, _FIXED_PITCH_LIFT * vehicle.weight if mission else 0.0)
+        rotor_min = lower if margin > 0.0 else rotor.thrust_min_N
+        rotor_max = (1.0 - margin) * rotor.thrust_max_N
         return cls(
-            rotor_min=lower if margin > 0.0 else rotor.thrust_min_N,
-            rotor_max=(1.0 - margin) * rotor.thrust_max_N,
+            rotor_min=rotor_min,
+            rotor_max=rotor_max,
             speed_max=vehicle.speed_max_m_s if mission else None,
             floor=_FLOOR if mission else None,
             body_rate_max=vehicle.body_rate_max_rad_s if mission else None,
             force_z_min=force_z_min,
+            rotor_rate_max=(1.0 - margin) * rotor.slew_N_s if mission else None,
+            drive=Drive.of(vehicle, rotor_min, rotor_max) if mission else None,
         )
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A limit that a person may set: which, in which unit, and what it means."""
+
+    field: str
+    unit: float  # in SI
+    meaning: str
+
+
+SETTABLE = {
+    "speed_m_s": Setting("speed_max", 1.0, "speed"),
+    "tilt_deg": Setting("tilt_max", np.pi / 180.0, "tilt of the thrust axis from upright"),
+    "body_rate_deg_s": Setting("body_rate_max", np.pi / 180.0, "body rate"),
+    "rotor_rate_N_s": Setting("rotor_rate_max", 1.0, "how quickly the thrust of a rotor changes"),
+    "floor_m": Setting("floor", 1.0, "lowest height above the origin"),
+    "ceiling_m": Setting("ceiling", 1.0, "greatest height above the origin"),
+}
+
+
+def changed(limits: Limits, changes: Iterable[tuple[str, float | None]]) -> Limits:
+    """With some set anew, by the names of SETTABLE; None switches one off. Raises InputError."""
+    for name, number in changes:
+        if name not in SETTABLE:
+            raise InputError(f"limit {name!r} is not known; there are {', '.join(SETTABLE)}")
+        setting = SETTABLE[name]
+        if number is not None and not np.isfinite(number):
+            raise InputError(f"limit {name} is {number:g}, a finite number is wanted, or off")
+        if number is not None and number <= 0.0 and not name.endswith("_m"):
+            raise InputError(f"limit {name} is {number:g}, nothing could fly; give more than 0, or off")
+        if name == "tilt_deg" and number is not None and number >= 90.0:
+            raise InputError(f"limit tilt_deg is {number:g}: the horizon is at 90; give less, or off")
+        one: dict[str, Any] = {setting.field: None if number is None else number * setting.unit}
+        limits = replace(limits, **one)
+    if limits.floor is not None and limits.ceiling is not None and limits.floor >= limits.ceiling:
+        raise InputError(f"the floor of {limits.floor:g} m is not below the ceiling of {limits.ceiling:g} m; move one")
+    return limits
 
 
 @dataclass(frozen=True)
 class Extreme:
     """Where one quantity comes closest to its limit, or farthest beyond."""
 
-    limit: str  # rotor_min, rotor_max, speed, floor, body_rate, force_z, force
+    limit: str  # rotor_min, rotor_max, speed, floor, ceiling, body_rate, force_z, force, tilt
     rotor: int | None  # 1..4
     segment: int
     time: float
@@ -85,7 +154,7 @@ class Extreme:
         return self.quantity - self.allowed if self.limit in _LOWER else self.allowed - self.quantity
 
 
-_LOWER = ("rotor_min", "floor", "force_z", "force")
+_LOWER = ("rotor_min", "floor", "force_z", "force", "tilt")  # tilt by its cosine
 
 
 @dataclass(frozen=True)
@@ -126,12 +195,16 @@ def rows(vehicle: Vehicle, limits: Limits) -> list[Row]:
         named.append(Row("speed", None, np.nan, limits.speed_max))
     if limits.floor is not None:
         named.append(Row("floor", None, limits.floor, 1.0))
+    if limits.ceiling is not None:
+        named.append(Row("ceiling", None, limits.ceiling, 1.0))
     if limits.body_rate_max is not None:
         named.append(Row("body_rate", None, limits.body_rate_max, limits.body_rate_max))
     if limits.force_z_min is not None:
         named.append(Row("force_z", None, limits.force_z_min, vehicle.weight))
     if limits.force_min is not None:
         named.append(Row("force", None, limits.force_min, vehicle.weight))
+    if limits.tilt_max is not None:
+        named.append(Row("tilt", None, float(np.cos(limits.tilt_max)), 1.0))
     return named
 
 
@@ -155,12 +228,17 @@ def relative_margins(
         found.append((speed_max - _size(velocity))[None] / limits.speed_max)
     if limits.floor is not None:
         found.append((height - limits.floor)[None])
+    if limits.ceiling is not None:
+        found.append((limits.ceiling - height)[None])
     if limits.body_rate_max is not None:
         found.append(1.0 - _size(rate)[None] / limits.body_rate_max)
     if limits.force_z_min is not None:
         found.append(np.where(exempt, 1.0, (force[2] - limits.force_z_min) / vehicle.weight)[None])
     if limits.force_min is not None:
         found.append(np.where(exempt, 1.0, (_size(force) - limits.force_min) / vehicle.weight)[None])
+    if limits.tilt_max is not None:
+        upright = force[2] / np.maximum(_size(force), 1e-9)
+        found.append(np.where(exempt, 1.0, upright - np.cos(limits.tilt_max))[None])
     return np.concatenate(found)
 
 

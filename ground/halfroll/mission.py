@@ -8,16 +8,33 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from halfroll.errors import MissionError
-from halfroll.geodesy import GeoPoint, Vector
+from halfroll.geodesy import GeoPoint, Vector, local_from_global
 
-__all__ = ["CAPACITY", "NOT_GIVEN", "GeoPoint", "Mission", "MissionItem", "PlanMode", "Vector", "Waypoint"]
+__all__ = [
+    "CAPACITY",
+    "DEFAULT_OPTIONS",
+    "NOT_GIVEN",
+    "NO_RULES",
+    "Fence",
+    "GeoPoint",
+    "Mission",
+    "MissionItem",
+    "PlanMode",
+    "PlanOptions",
+    "Rules",
+    "Vector",
+    "Waypoint",
+    "Yaw",
+]
 
 PlanMode = Literal["paper", "fast", "best"]  # how near the least time a mission is planned
+LimitsKind = Literal["mission", "rotors"]
 CAPACITY = 2000  # items the autopilot stores
 NOT_GIVEN = 2**31 - 1  # MAVLink's "no latitude, no longitude": here
 
@@ -88,6 +105,8 @@ class Waypoint:
     yaw: float = 0.0
     hold_s: float = 0.0  # wait here, at rest
     speed_max: float | None = None  # [m/s] from here to the next waypoint; None: the vehicle's
+    time_s: float | None = None  # arrive here at this time of the plan
+    free: tuple[bool, bool, bool] = (False, False, False)  # axes of the position that are only a first guess
     item: int | None = None  # sequence number of the mission item it comes from, for messages and progress
 
     def __post_init__(self) -> None:
@@ -98,6 +117,98 @@ class Waypoint:
         _require(math.isfinite(self.yaw), f"yaw is {self.yaw}, a heading is wanted")
         _require(math.isfinite(self.hold_s) and self.hold_s >= 0, f"hold is {self.hold_s} s, it must be 0 or more")
         _require(self.speed_max is None or self.speed_max > 0, f"speed limit is {self.speed_max} m/s, not above 0")
+        _require(
+            self.time_s is None or (math.isfinite(self.time_s) and self.time_s >= 0),
+            f"time of arrival is {self.time_s} s, it must be 0 or more",
+        )
+
+
+@dataclass(frozen=True)
+class Fence:
+    """A polygon that must not be left (keep_in), or not be entered. corners: any simple polygon, north and west [m]."""
+
+    keep_in: bool
+    corners: tuple[tuple[float, float], ...]
+    name: str = "fence"
+
+    def __post_init__(self) -> None:
+        _require(len(self.corners) >= 3, f"{self.name} has {len(self.corners)} corners, a polygon has at least 3")
+        _require(all(map(math.isfinite, (x for corner in self.corners for x in corner))), f"{self.name} is not finite")
+
+    def moved(self, north: float, west: float) -> Fence:
+        return replace(self, corners=tuple((x + north, y + west) for x, y in self.corners))
+
+
+YawRule = Literal["free", "given", "path", "point"]
+_YAW_IN_WORDS: tuple[YawRule, ...] = ("free", "given", "path")
+
+
+@dataclass(frozen=True)
+class Yaw:
+    """Where the nose points between places of rest: anywhere (`free`: whatever is fastest), as the waypoints say
+    (`given`), where it flies (`path`), or towards a point (north, west) in metres from home."""
+
+    rule: YawRule = "free"
+    point: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def parsed(cls, words: str) -> Yaw:
+        """free, given, path, or NORTH,WEST. Raises MissionError."""
+        for rule in _YAW_IN_WORDS:
+            if words == rule:
+                return cls(rule)
+        try:
+            north, west = (float(word) for word in words.split(","))
+        except ValueError:
+            raise MissionError(f"yaw {words!r} is not known; give free, given, path, or NORTH,WEST in metres") from None
+        return cls("point", (north, west))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What a mission asks of the flight between its points. Metres north and west of `anchor`, None being home."""
+
+    fences: tuple[Fence, ...] = ()
+    limits: tuple[tuple[str, float | None], ...] = ()  # by the names of limits.SETTABLE; None: off
+    yaw: Yaw | None = None
+    anchor: GeoPoint | None = None
+
+    def in_world(self, origin: GeoPoint, home: GeoPoint) -> Rules:
+        """With everything in W around origin."""
+        north, west, _ = local_from_global(origin, self.anchor or home)
+        yaw = self.yaw
+        if yaw is not None and yaw.rule == "point":
+            yaw = replace(yaw, point=(yaw.point[0] + north, yaw.point[1] + west))
+        return replace(self, fences=tuple(f.moved(north, west) for f in self.fences), yaw=yaw, anchor=origin)
+
+
+NO_RULES = Rules()
+
+
+@dataclass(frozen=True)
+class PlanOptions:
+    """How a mission is planned, whatever the mission."""
+
+    mode: PlanMode = "paper"
+    limits: LimitsKind = "mission"  # all of them, or rotor thrust alone
+    margin: float | None = None  # share of rotor thrust kept free; None: 0.1 of a mission, 0 of rotors alone
+    changes: tuple[tuple[str, float | None], ...] = ()  # as Rules.limits, which they overrule
+    yaw: Yaw | None = None  # None: as the mission says; a point is in W
+
+    @classmethod
+    def of(
+        cls,
+        mode: PlanMode = "paper",
+        limits: LimitsKind = "mission",
+        margin: float | None = None,
+        changes: Mapping[str, float | None] | None = None,
+        yaw: str | None = None,
+    ) -> PlanOptions:
+        """As people give them: limits by name, yaw in words. Raises MissionError."""
+        return cls(mode, limits, margin, tuple((changes or {}).items()), None if yaw is None else Yaw.parsed(yaw))
+
+
+DEFAULT_OPTIONS = PlanOptions()
 
 
 @dataclass(frozen=True)
@@ -114,6 +225,7 @@ class Mission:
     source: Path | None = None
     waypoints: tuple[Waypoint, ...] | None = None
     anchor: GeoPoint | None = None  # of `waypoints`; None: home, wherever that is
+    rules: Rules = NO_RULES
     warnings: tuple[str, ...] = ()  # what the file holds that is not flown
 
     def __post_init__(self) -> None:

@@ -15,13 +15,14 @@ from typing import Any, NoReturn
 
 from halfroll.errors import InputError, MissionError
 from halfroll.frames import degrees_from_wire, degrees_to_wire
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
-from halfroll.mission import NOT_GIVEN, Mission, MissionItem
+from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local, local_from_global
+from halfroll.mission import NOT_GIVEN, Fence, Mission, MissionItem, Rules
 from halfroll.mission_items import NO_POSITION_FRAME, Command, first_flown, is_here
 from halfroll.point_files import mission_from_csv, mission_from_kml, mission_from_toml
 
 _WPL_HEADER = "QGC WPL"
 _WPL_FIELDS = 12
+_CIRCLE_CORNERS = 32
 
 
 def load_mission(path: str | Path) -> Mission:
@@ -82,7 +83,53 @@ def _from_plan(text: str, name: str) -> Mission:
     for seq, raw in enumerate(simple):
         seq_of_id.setdefault(_number(raw.get("doJumpId", seq + 1), seq, "doJumpId"), seq)
     items = tuple(_plan_item(seq, raw, seq_of_id) for seq, raw in enumerate(simple))
-    return Mission(name, items, _planned_home(content.get("plannedHomePosition")), warnings=tuple(_ignored(plan)))
+    home, rules = _planned_home(content.get("plannedHomePosition")), _fences(plan.get("geoFence"))
+    return Mission(name, items, home, warnings=tuple(_ignored(plan)), rules=rules)
+
+
+def _fences(fence: Any) -> Rules:
+    """Polygons and circles of a QGroundControl fence, which the planner obeys; a circle as a polygon of 32 corners."""
+    if not isinstance(fence, dict):
+        return Rules()
+    polygons, circles = (_list(fence.get(what) or [], f"geoFence.{what}") for what in ("polygons", "circles"))
+    rings: list[tuple[bool, list[GeoPoint]]] = []
+    for number, polygon in enumerate(polygons, start=1):
+        what = f"polygon {number} of the fence"
+        if not isinstance(polygon, dict):
+            raise MissionError(f"{what} is {polygon!r}, an object with corners is wanted")
+        corners = _list(polygon.get("polygon"), what)
+        rings.append((bool(polygon.get("inclusion", True)), [_corner(corner, what) for corner in corners]))
+    for number, entry in enumerate(circles, start=1):
+        what = f"circle {number} of the fence"
+        circle = entry.get("circle") if isinstance(entry, dict) else None
+        if not isinstance(circle, dict):
+            raise MissionError(f"{what} has no circle; draw it again in QGroundControl")
+        keep_in, radius = bool(entry.get("inclusion", True)), _number(circle.get("radius"), None, f"radius of {what}")
+        centre = _corner(circle.get("center"), what)
+        reach = radius if keep_in else radius / math.cos(math.pi / _CIRCLE_CORNERS)  # on the safe side of the circle
+        angles = (2.0 * math.pi * i / _CIRCLE_CORNERS for i in range(_CIRCLE_CORNERS))
+        rings.append(
+            (keep_in, [global_from_local(centre, (reach * math.cos(a), reach * math.sin(a), 0.0)) for a in angles])
+        )
+    anchor = rings[0][1][0] if rings and rings[0][1] else None
+    fences = []
+    for number, (keep_in, ring) in enumerate(rings, start=1):
+        local = (local_from_global(anchor or corner, corner) for corner in ring)
+        fences.append(Fence(keep_in, tuple((n, w) for n, w, _ in local), f"fence {number}"))
+    return Rules(tuple(fences), anchor=anchor)
+
+
+def _list(entry: Any, what: str) -> list[Any]:
+    if not isinstance(entry, list):
+        raise MissionError(f"{what} is {entry!r}, a list is wanted")
+    return entry
+
+
+def _corner(entry: Any, what: str) -> GeoPoint:
+    if not isinstance(entry, list) or len(entry) != 2:
+        raise MissionError(f"{what}: a corner is {entry!r}, latitude and longitude are wanted")
+    lat_deg, lon_deg = (_number(angle, None, what) for angle in entry)
+    return GeoPoint(lat_deg, lon_deg, DEFAULT_ORIGIN.alt)
 
 
 def _parsed(text: str) -> dict[str, Any]:
@@ -155,9 +202,7 @@ def _planned_home(raw: Any) -> GeoPoint | None:
 
 
 def _ignored(plan: dict[str, Any]) -> Iterator[str]:
-    fence, rally = plan.get("geoFence"), plan.get("rallyPoints")
-    if isinstance(fence, dict) and (fence.get("polygons") or fence.get("circles")):
-        yield "the geofence of the plan is not watched: the autopilot has none"
+    rally = plan.get("rallyPoints")
     if isinstance(rally, dict) and rally.get("points"):
         yield "the rally points of the plan are not used: return is to home"
 
@@ -192,13 +237,22 @@ def save_plan(path: str | Path, mission: Mission) -> None:
     }
     plan = {
         "fileType": "Plan",
-        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "geoFence": {"circles": [], "polygons": _polygons(mission.rules, home), "version": 2},
         "groundStation": "QGroundControl",
         "mission": content,
         "rallyPoints": {"points": [], "version": 2},
         "version": 1,
     }
     Path(path).write_text(json.dumps(plan, indent=4) + "\n", encoding="utf-8")
+
+
+def _polygons(rules: Rules, home: GeoPoint) -> list[dict[str, Any]]:
+    polygons = []
+    for fence in rules.fences:
+        corners = (global_from_local(rules.anchor or home, (x, y, 0.0)) for x, y in fence.corners)
+        ring = [[corner.lat_deg, corner.lon_deg] for corner in corners]
+        polygons.append({"inclusion": fence.keep_in, "polygon": ring, "version": 1})
+    return polygons
 
 
 # ---- QGC WPL 110

@@ -9,7 +9,7 @@ docs/planner.md explains each step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,20 +17,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfroll import _planner as kernel
-from halfroll.errors import InfeasibleSegment
-from halfroll.limits import Limits
-from halfroll.minimum_time import Stretch
-from halfroll.mission import PlanMode, Waypoint
-from halfroll.plan import CourseNode, Plan, checked_nodes, plan_course, radical, stretch_of
+from halfroll import corridor
+from halfroll.arrivals import given_times, require_possible, shared_out, too_early
+from halfroll.errors import InfeasibleSegment, InputError
+from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
+from halfroll.limits import Limits, changed
+from halfroll.mission import Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
+from halfroll.plan import Plan, checked_nodes, plan_course, radical
 from halfroll.segments import PiecewisePolynomial, solve, standing
-from halfroll.vehicle import GRAVITY, Vehicle
+from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 Mode = Literal["fast", "best"]
 
+FREE_YAW = Yaw("free")
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
-_FORCE_MIN = 0.035  # of the weight, variable pitch: the attitude must not turn at once
 _SPARE = 1e-5  # relative margin left for the proof
 _REPAIRS = 8
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
@@ -38,10 +40,11 @@ _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free
 _COLD, _REFINED, _REPAIR, _OTHER_LIMITS = (1e-2, 0.02), (1e-4, 0.01), (5e-5, 0.003), (1e-3, 0.02)
 _REPAIR_STEPS = 120
 _STRETCHED_AWAY = 4e-4  # relative
-_FLOOR_SPARE = 1e-3  # [m] that a path through a waypoint on the floor itself may dip below it
+_FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
 _ROOM = 0.01  # relative margin at which the start needs no more slowing down
 _STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
 _SLOWINGS = (1.0, 1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
+_MORE_TIME = (1.01, 1.03, 1.1)  # for legs after a given time of arrival
 _HOPELESS = 0.05  # relative excess after three repairs
 
 
@@ -87,6 +90,7 @@ class _Search:
     recipe: _Recipe
     moving: bool  # a velocity or higher derivative other than zero is given somewhere
     progress: Callable[[float], None]
+    every_rung: bool = False  # limits of rates hide more between fewer samples: the finest level need not be the best
     interrupted: bool = False
 
     def minimise(
@@ -127,8 +131,10 @@ class _Search:
         finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
         for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
             start.tied = tied
-            problem = self.climb(start, constraints, ladder)
-            better = self.repaired(problem, constraints, ladder[-1])
+            better = None
+            for rung, problem in self.climb(start, constraints, ladder):
+                if rung is ladder[-1] or (self.every_rung and rung is not ladder[0]):
+                    better = _shorter(better, self.repaired(problem, constraints, rung))
             if better is not None or self.interrupted:
                 break
         if better is None and not self.moving:
@@ -137,7 +143,7 @@ class _Search:
 
     def climb(
         self, problem: kernel.Problem, constraints: kernel.Constraints, ladder: Sequence[_Rung]
-    ) -> kernel.Problem:
+    ) -> Iterator[tuple[_Rung, kernel.Problem]]:
         """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended."""
         pieces = 1
         for k, rung in enumerate(ladder):
@@ -146,10 +152,10 @@ class _Search:
             problem = problem.split(rung.pieces // pieces)
             pieces = rung.pieces
             problem = self.minimise(problem, constraints, rung, _COLD if k == 0 else _REFINED)
-        return problem
+            yield rung, problem
 
     def proven(self, problem: kernel.Problem, constraints: kernel.Constraints) -> bool:
-        return kernel.certify(problem.coefficients, problem.durations, problem.speed_max, constraints).proven
+        return kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints).proven
 
     def repaired(self, problem: kernel.Problem, constraints: kernel.Constraints, rung: _Rung) -> kernel.Problem | None:
         """The problem with a trajectory that is proven to stay inside the limits, or None.
@@ -187,7 +193,7 @@ class _Search:
         return None
 
 
-def limits_of(vehicle: Vehicle, kind: Literal["mission", "rotors"] = "mission", margin: float | None = None) -> Limits:
+def limits_of(vehicle: Vehicle, kind: LimitsKind = "mission", margin: float | None = None) -> Limits:
     """As Limits.of, but rotor thrust alone is really alone: the thrust axis may tilt below the horizon."""
     limits = Limits.of(vehicle, kind, margin)
     return replace(limits, force_z_min=None) if kind == "rotors" else limits
@@ -196,15 +202,44 @@ def limits_of(vehicle: Vehicle, kind: Literal["mission", "rotors"] = "mission", 
 def plan_in_mode(
     waypoints: Sequence[Waypoint],
     vehicle: Vehicle,
-    mode: PlanMode,
-    limits: Literal["mission", "rotors"] = "mission",
-    margin: float | None = None,
+    options: PlanOptions,
+    rules: Rules | None = None,
     progress: Progress | None = None,
 ) -> Plan:
-    """The plan of any mode, inside the limits of that name. Raises as `plan_course`."""
-    if mode == "paper":
-        return plan_course(waypoints, vehicle, Limits.of(vehicle, limits, margin), progress)
-    return plan_near_optimal(waypoints, vehicle, limits_of(vehicle, limits, margin), mode, progress)
+    """The plan of any mode, inside the limits that options and rules (in W) make. Raises as `plan_course`."""
+    rules = rules or Rules()
+    of = Limits.of if options.mode == "paper" else limits_of
+    limits = changed(of(vehicle, options.limits, options.margin), (*rules.limits, *options.changes))
+    yaw = options.yaw or rules.yaw
+    if options.mode != "paper":
+        return plan_near_optimal(
+            waypoints, vehicle, limits, options.mode, progress, yaw=yaw or FREE_YAW, fences=rules.fences
+        )
+    if yaw is not None and yaw.rule != "given":
+        raise InputError(f"mode paper flies yaw as given, not {yaw.rule}; take mode fast or best")
+    plan = plan_course(waypoints, vehicle, limits, progress)
+    require_inside(plan, rules.fences)
+    return replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
+
+
+def require_inside(plan: Plan, fences: Sequence[Fence]) -> None:
+    """Raises InfeasibleSegment where a plan whose path nothing can bend leaves a fence."""
+    t = np.linspace(0.0, plan.T, int(plan.T / _FENCE_STEP_S) + 2) if fences else np.zeros(0)
+    positions = plan.trajectory.at(t)[:, :2]
+    for fence in fences:
+        out = [corridor.outside_by(position, fence) for position in positions]
+        if max(out) > 0.0:
+            leg = int(np.searchsorted(plan.times_s, t[int(np.argmax(out))]))
+            waypoint = plan.waypoints[min(leg, len(plan.waypoints) - 1)]
+            raise InfeasibleSegment(
+                f"on the way to {_name(waypoint, leg)} the path leaves the {fence.name} by {max(out):.2f} m, and mode "
+                "paper cannot bend it; take mode fast or best, or add waypoints",
+                waypoint.item,
+            )
+
+
+def _name(waypoint: Waypoint, place: int) -> str:
+    return f"waypoint {place + 1}" if waypoint.item is None else f"item {waypoint.item}"
 
 
 def plan_near_optimal(
@@ -214,16 +249,19 @@ def plan_near_optimal(
     mode: Mode = "best",
     progress: Progress | None = None,
     *,
-    yaw: Literal["free", "given"] = "free",
+    yaw: Yaw = FREE_YAW,
+    fences: Sequence[Fence] = (),
 ) -> Plan:
     """A proven flight through all waypoints, at rest at both ends and where one holds, close to the shortest there is.
 
-    limits: default Limits.of(vehicle). yaw: whether headings between
-    places of rest are optimised or flown as given. progress is told in words how far it is; Ctrl-C during it ends the
-    search with the best proven flight so far. Raises MissionError and InfeasibleSegment as `plan_course`.
+    limits: default Limits.of(vehicle). yaw: where the nose points between places of rest. fences: in W. progress is
+    told in words how far it is; Ctrl-C during it ends the search with the best proven flight so far. Raises
+    MissionError and InfeasibleSegment as `plan_course`.
     """
     limits = Limits.of(vehicle) if limits is None else limits
-    points = checked_nodes(waypoints, limits)
+    points = headed(checked_nodes(waypoints, limits), yaw)
+    require_fenced(points, fences)
+    require_possible(points, limits)
     flown: list[PiecewisePolynomial] = []
     arrivals = [points[0].hold_s]
     ranges = []
@@ -233,10 +271,12 @@ def plan_near_optimal(
     for last in range(1, len(points)):
         if not points[last].at_rest:
             continue
-        problem, rotors = _stretch_planned(points[first : last + 1], vehicle, limits, mode, progress, yaw)
+        setup = Setup.of(points[first : last + 1], vehicle, limits, yaw, fences)
+        start_s = arrivals[-1] + (points[first].hold_s if first else 0.0)
+        problem, rotors = _stretch_planned(setup, mode, progress, start_s)
         times = np.concatenate([[0.0], np.cumsum(problem.durations)])
         ends = np.flatnonzero(np.diff(problem.leg, append=last)) + 1
-        arrivals += (arrivals[-1] + (points[first].hold_s if first else 0.0) + times[ends]).tolist()
+        arrivals += (start_s + times[ends]).tolist()
         flown.append(PiecewisePolynomial(times, problem.coefficients))
         ranges.append(rotors)
         if points[last].hold_s > 0.0:
@@ -248,7 +288,7 @@ def plan_near_optimal(
     at = {place: t for point, t in zip(points, arrivals, strict=True) for place in point.places}
     at[0] = 0.0
     return Plan(
-        waypoints=tuple(waypoints),
+        waypoints=_placed(waypoints, trajectory, [at[place] for place in range(len(waypoints))]),
         vehicle=vehicle,
         trajectory=trajectory,
         times_s=tuple(at[place] for place in range(len(waypoints))),
@@ -261,17 +301,22 @@ def plan_near_optimal(
     )
 
 
+def _placed(
+    waypoints: Sequence[Waypoint], trajectory: PiecewisePolynomial, times: Sequence[float]
+) -> tuple[Waypoint, ...]:
+    """With the positions that were found where they were free."""
+    placed = []
+    for waypoint, t in zip(waypoints, times, strict=True):
+        x, y, z = trajectory.at(t)[0, :3].tolist()
+        placed.append(replace(waypoint, position=(x, y, z)) if any(waypoint.free) else waypoint)
+    return tuple(placed)
+
+
 def _stretch_planned(
-    points: Sequence[CourseNode],
-    vehicle: Vehicle,
-    limits: Limits,
-    mode: Mode,
-    progress: Progress | None,
-    yaw: Literal["free", "given"],
+    setup: Setup, mode: Mode, progress: Progress | None, start_s: float
 ) -> tuple[kernel.Problem, tuple[Array, Array]]:
     """From rest to rest: (proven problem, smallest and largest thrust of each rotor)."""
-    stretch = stretch_of(points)
-    vertical = stretch.purely_vertical and len({point.yaw for point in points}) == 1
+    points, limits = setup.points, setup.limits
     best = np.inf
 
     def told(total: float) -> None:
@@ -280,103 +325,105 @@ def _stretch_planned(
         if progress is not None:
             progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
 
-    search = _Search(_recipe(mode, stretch.legs), _moving(stretch.nodes), told)
-    fastest = np.minimum(stretch.speed_max, np.inf if limits.speed_max is None else limits.speed_max)
-    given = _given(stretch.nodes, yaw, vertical)
-    if limits.floor is not None and min(point.waypoint.position[2] for point in points) < limits.floor + _FLOOR_SPARE:
-        limits = replace(limits, floor=limits.floor - _FLOOR_SPARE)
+    search = _Search(_recipe(mode, setup.stretch.legs), setup.moves, told, limits.drive is not None)
     tried = [limits]
-    push = PUSHES_UP * vehicle.rotor.thrust_max_N
+    push = PUSHES_UP * setup.vehicle.rotor.thrust_max_N
     if limits.rotor_min < push - 1e-9:  # first as if the rotors could only push up
         tried.insert(0, replace(limits, rotor_min=push))
     found: kernel.Problem | None = None
     for now in tried:
         better: kernel.Problem | None = None
-        constraints = _constraints(vehicle, now, vertical, bool(np.isfinite(fastest).any()))
-        if found is not None and not vertical:
+        constraints = setup.constraints(now)
+        if found is not None and not setup.vertical:
             problem = search.minimise(found, constraints, search.recipe.ladder[-1], _OTHER_LIMITS)
             better = search.repaired(problem, constraints, search.recipe.ladder[-1])
         else:
-            start = _warm_start(stretch, given, fastest, constraints, vertical)
+            start = _warm_start(setup, constraints)
             better = search.planned(start, constraints)
         if better is not None and (found is None or better.total < found.total):
             found = better
         if search.interrupted:
             break
     if found is None:
-        raise _infeasible(start, constraints, points)
+        raise infeasible(setup, start, constraints)
+    if times := given_times(points, start_s):
+        durations = _leg_durations(found)
+        arriving = _arriving(search, setup, found, durations, times)
+        if arriving is None:
+            raise too_early(points, durations, times, start_s)
+        found = arriving
     low, high = kernel.rotor_range(found, constraints, 200)
     return found, (low, high)
 
 
-def _moving(nodes: Array) -> bool:
-    """Whether a velocity or higher derivative other than zero is given somewhere."""
-    return bool(np.any(np.nan_to_num(nodes[:, 1:]) != 0.0))
+def _arriving(
+    search: _Search, setup: Setup, fastest: kernel.Problem, durations: Array, times: Sequence[tuple[int, float]]
+) -> kernel.Problem | None:
+    """With the given times, and the legs after the last of them as short as they can be; `durations` are those of the
+    legs of the fastest flight. If what is left of that hides peaks, they too get a little more time, and a fixed one.
+    """
+    shared, timed = shared_out(durations, times)
+    search.moving = True  # nothing may be slowed down any more
+    better, last = _in_times(search, setup, fastest, shared, timed)
+    for more in () if better is not None or all(timed) else _MORE_TIME:
+        relaxed = _leg_durations(last) * np.where(timed, 1.0, more)
+        better, _ = _in_times(search, setup, last, relaxed, [True] * len(timed))
+        if better is not None:
+            break
+    return better
 
 
-def _given(nodes: Array, yaw: Literal["free", "given"], vertical: bool) -> NDArray[np.bool_]:
-    """(n, 5, 4): what may not change."""
-    given = ~np.isnan(nodes)
-    if yaw == "free":
-        given[1:-1, :, 3] = False
-    if vertical:
-        given[:, :, [0, 1, 3]] = True
-    return given
+def _in_times(
+    search: _Search, setup: Setup, near: kernel.Problem, durations: Array, timed: Sequence[bool]
+) -> tuple[kernel.Problem | None, kernel.Problem]:
+    """(proven, last tried) with these durations of the legs, some of them fixed: from a flight near it in space, or
+    from the paper's polynomials."""
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(near.leg, append=-1)) + 1])
+    slower = np.concatenate([[1.0], durations / _leg_durations(near), [1.0]])
+    by = np.sqrt(slower[:-1] * slower[1:])  # of each node
+    values = near.nodes[ends] / by[:, None, None] ** np.arange(5)[:, None]
+    path = solve(setup.stretch.nodes, durations)
+    constraints = setup.constraints(setup.limits)
+    starts = [setup.problem(start, durations, timed) for start in (values, path.derivatives(path.times, 5))]
+    problem, better = starts[0], None
+    for start in sorted(starts, key=lambda start: -start.least_margin(constraints, 48)):
+        climbed = list(search.climb(start, constraints, search.recipe.ladder))
+        problem = climbed[-1][1] if climbed else start
+        better = search.repaired(problem, constraints, search.recipe.ladder[-1])
+        if better is not None:
+            break
+    return better, problem
 
 
-def _constraints(vehicle: Vehicle, limits: Limits, vertical: bool, any_speed_limit: bool) -> kernel.Constraints:
-    signed = vertical and vehicle.variable_pitch
-    force_min, force_z_min = limits.force_min, limits.force_z_min
-    if vehicle.variable_pitch and force_z_min is None:
-        force_min = max(force_min or 0.0, _FORCE_MIN * vehicle.weight)
-    return kernel.Constraints(
-        kernel.Vehicle(
-            mass=vehicle.mass_kg,
-            inertia=list(vehicle.inertia_kg_m2),
-            arm=vehicle.arm_m,
-            yaw_coefficient=vehicle.yaw_coefficient_m,
-            gravity=GRAVITY,
-        ),
-        kernel.Limits(
-            rotor_min=limits.rotor_min,
-            rotor_max=limits.rotor_max,
-            force_min=-np.inf if force_min is None or signed else force_min,
-            force_z_min=-np.inf if force_z_min is None or signed else force_z_min,
-            body_rate_max=np.inf if limits.body_rate_max is None else limits.body_rate_max,
-            floor=-np.inf if limits.floor is None else limits.floor,
-            vertical=vertical,
-        ),
-        any_speed_limit,
-    )
+def _shorter(one: kernel.Problem | None, other: kernel.Problem | None) -> kernel.Problem | None:
+    if one is None or other is None:
+        return one or other
+    return one if one.total <= other.total else other
 
 
-def _warm_start(
-    stretch: Stretch, given: NDArray[np.bool_], fastest: Array, constraints: kernel.Constraints, vertical: bool
-) -> kernel.Problem:
+def _leg_durations(problem: kernel.Problem) -> Array:
+    return np.bincount(problem.leg, problem.durations).astype(np.float64)
+
+
+def _warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem:
     """The paper's polynomials, or stopping at every point where that is shorter (legs of very unequal length), in times
     by distance, slowed down until they fit."""
-    nodes = stretch.nodes
-    known = np.nan_to_num(nodes[:, 0, :3])
-    distance = np.linalg.norm(np.diff(known, axis=0), axis=1)
+    nodes, fastest = setup.stretch.nodes, setup.fastest
+    guess = np.zeros_like(nodes)
+    guess[:, 0, :3] = [point.waypoint.position for point in setup.points]
+    distance = np.linalg.norm(np.diff(guess[:, 0, :3], axis=0), axis=1)
     turn = np.abs(np.nan_to_num(np.diff(nodes[:, 0, 3])))
     durations = 0.45 * np.sqrt(distance) + 0.12 + 0.2 * np.sqrt(turn)
     durations[0] += 0.25 * np.sqrt(distance[0])
     durations[-1] += 0.25 * np.sqrt(distance[-1])
     durations = np.maximum(durations, 1.5 * distance / fastest)
 
-    def problem(values: Array, times: Array) -> kernel.Problem:
-        values = np.where(np.isnan(nodes), values, nodes)
-        if vertical:
-            values[:, 1:, [0, 1, 3]] = 0.0
-        frozen = [vertical, vertical, False, vertical]
-        return kernel.Problem(values, list(times), given, list(range(len(times))), fastest.tolist(), frozen, True)
-
     def smooth(factor: float) -> kernel.Problem:
         path = solve(nodes, factor * durations)
-        return problem(path.derivatives(path.times, 5), factor * durations)
+        return setup.problem(path.derivatives(path.times, 5), factor * durations)
 
     def stopping(factor: float) -> kernel.Problem:
-        return problem(np.zeros_like(nodes), factor * np.maximum(durations, 2.5 * distance / fastest))
+        return setup.problem(guess, factor * np.maximum(durations, 2.5 * distance / fastest))
 
     starts = [_slow_enough(make, constraints) for make in (smooth, stopping)[: 1 if len(durations) == 1 else 2]]
     return min(starts, key=lambda start: (max(0.0, _ROOM - start[1]), start[0].total))[0]
@@ -393,17 +440,3 @@ def _slow_enough(
         if tried[-1][1] > _ROOM:
             break
     return max(tried, key=lambda start: min(start[1], _ROOM))
-
-
-def _infeasible(
-    problem: kernel.Problem, constraints: kernel.Constraints, points: Sequence[CourseNode]
-) -> InfeasibleSegment:
-    refused = kernel.certify(problem.coefficients, problem.durations, problem.speed_max, constraints)
-    leg = problem.leg[refused.piece]
-    ends = points[leg], points[leg + 1]
-    what, unit = kernel.bound_name(constraints, refused.bound)
-    return InfeasibleSegment(
-        f"from {ends[0].name} to {ends[1].name}: {what} would be exceeded by {refused.excess:.3g} {unit} in the best "
-        "flight found; move the waypoint or relax the limit",
-        ends[1].waypoint.item,
-    )

@@ -273,10 +273,16 @@ def checked_nodes(waypoints: Sequence[Waypoint], limits: Limits) -> list[CourseN
     """The places of a course. Raises MissionError and InfeasibleSegment for what no trajectory can meet."""
     points = CourseNode.merged(waypoints)
     for point in points:
-        if limits.floor is not None and point.waypoint.position[2] < limits.floor:
+        if limits.floor is not None and not point.waypoint.free[2] and point.waypoint.position[2] < limits.floor:
             raise InfeasibleSegment(
                 f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of "
                 f"{limits.floor:g} m; raise it",
+                point.waypoint.item,
+            )
+        if limits.ceiling is not None and not point.waypoint.free[2] and point.waypoint.position[2] > limits.ceiling:
+            raise InfeasibleSegment(
+                f"{point.name}: height {point.waypoint.position[2]:.2f} m is above the ceiling of "
+                f"{limits.ceiling:g} m; lower it",
                 point.waypoint.item,
             )
         speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
@@ -320,6 +326,7 @@ class CourseNode:
                 new = replace(new, yaw=before.yaw + (turn if abs(turn) > 1e-12 else 0.0))
             if (
                 before is not None
+                and not any(point.free + before.waypoint.free)
                 and np.linalg.norm(np.subtract(point.position, before.waypoint.position)) < SAME_PLACE
             ):
                 if new.moves or before.moves:
@@ -342,6 +349,12 @@ class CourseNode:
             raise MissionError("a plan needs at least two different waypoints; add one more than 1 mm away", item)
         nodes[0], nodes[-1] = replace(nodes[0], at_rest=True), replace(nodes[-1], at_rest=True)
         for at in nodes:
+            if at.at_rest and any(at.waypoint.free):
+                raise MissionError(
+                    f"{at.name}: the vehicle is at rest here (an end, or a hold), so its position cannot be free; "
+                    "give it",
+                    at.waypoint.item,
+                )
             if at.at_rest and at.moves:
                 raise MissionError(
                     f"{at.name}: the vehicle is at rest here (an end, or a hold), so velocity and its derivatives "
@@ -355,7 +368,7 @@ def stretch_of(points: Sequence[CourseNode]) -> Stretch:
     nodes = []
     for point in points:
         w = point.waypoint
-        position = (*w.position, point.yaw)
+        position = (*(FREE if free else x for x, free in zip(w.position, w.free, strict=True)), point.yaw)
         if point.at_rest:
             nodes.append(rest(position))
         else:

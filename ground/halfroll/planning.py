@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from halfroll.course import Course, flown_waypoints, require_an_end
 from halfroll.course import course as course_of
 from halfroll.errors import HalfrollError, LinkError, MissionError, PlanError
 from halfroll.geodesy import GeoPoint, Vector
-from halfroll.mission import Mission, MissionItem, PlanMode, Waypoint
+from halfroll.mission import DEFAULT_OPTIONS, NO_RULES, Mission, MissionItem, PlanOptions, Rules, Waypoint
 from halfroll.mission_check import Severity, check_items
 from halfroll.references import Path, path_of
 from halfroll.vehicle import Vehicle
@@ -30,15 +30,14 @@ if TYPE_CHECKING:
     from halfroll.plan import Plan
 
 Progress = Callable[[str], None]
-Limits = Literal["mission", "rotors"]
 
 
 @dataclass(frozen=True)
 class PlanRequest:
     """Everything a plan depends on; equal requests give equal plans. home: where it is armed; start_yaw [rad] in W.
 
-    waypoints: the mission's own, from home, where they say more than its items. from_item and start (hovering there, W)
-    ask for the rest of a mission only, by its items.
+    waypoints and rules: the mission's own, from home, where they say more than its items. from_item and start (hovering
+    there, W) ask for the rest of a mission only, by its items.
     """
 
     items: tuple[MissionItem, ...]
@@ -47,12 +46,11 @@ class PlanRequest:
     takeoff_altitude: float
     start_yaw: float
     vehicle: Vehicle
-    limits: Limits = "mission"
-    margin: float | None = None
+    options: PlanOptions = DEFAULT_OPTIONS
     waypoints: tuple[Waypoint, ...] | None = None
+    rules: Rules = NO_RULES
     from_item: int | None = None
     start: Vector | None = None
-    mode: PlanMode = "paper"
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,8 @@ def plan_mission(request: PlanRequest, progress: Progress = lambda _: None) -> O
     course = _course(request)
     if len(course.waypoints) < 2:
         return NothingToPlan(course)
-    require_an_end(course.waypoints, request.vehicle.speed_max_m_s if request.limits == "mission" else None)
+    limited = request.options.limits == "mission"
+    require_an_end(course.waypoints, request.vehicle.speed_max_m_s if limited else None)
     plan = _planned(course.waypoints, request, progress)
     return Planned(course, plan, path_of(plan))
 
@@ -102,7 +101,8 @@ def plan_mission(request: PlanRequest, progress: Progress = lambda _: None) -> O
 def _planned(waypoints: tuple[Waypoint, ...], request: PlanRequest, progress: Progress) -> Plan:
     from halfroll.near_optimal import plan_in_mode
 
-    return plan_in_mode(waypoints, request.vehicle, request.mode, request.limits, request.margin, progress)
+    rules = request.rules.in_world(request.origin, request.home)
+    return plan_in_mode(waypoints, request.vehicle, request.options, rules, progress)
 
 
 def _course(request: PlanRequest) -> Course:

@@ -12,6 +12,7 @@ import math
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -20,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from halfroll.errors import MissionError
 from halfroll.frames import degrees_to_wire, heading_deg_to_yaw, yaw_to_heading_deg
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, Vector, global_from_local, local_from_global
-from halfroll.mission import Mission, MissionItem, Waypoint
+from halfroll.mission import Fence, Mission, MissionItem, Rules, Waypoint, Yaw
 from halfroll.mission_items import Command
 
 if sys.version_info >= (3, 11):
@@ -51,10 +52,25 @@ class _Point(BaseModel):
     yaw_deg: Finite | None = None
     hold_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     speed_max_m_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    time_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    free: tuple[Literal["position", "x", "y", "z"], ...] = ()
+
+    @property
+    def free_axes(self) -> tuple[bool, bool, bool]:
+        x, y, z = ("position" in self.free or axis in self.free for axis in "xyz")
+        return x, y, z
 
     @property
     def derivatives(self) -> tuple[Triple | None, ...]:
         return self.velocity_m_s, self.acceleration_m_s2, self.jerk_m_s3, self.snap_m_s4
+
+
+class _Fence(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    keep: Literal["in", "out"]
+    corners_m: Annotated[list[tuple[Finite, Finite]], Field(min_length=3)] | None = None
+    corners_deg: Annotated[list[tuple[Finite, Finite]], Field(min_length=3)] | None = None
 
 
 class _File(BaseModel):
@@ -62,10 +78,13 @@ class _File(BaseModel):
 
     name: str | None = None
     frame: Literal["local", "geodetic"] = "local"
+    yaw: Literal["free", "given", "path"] | tuple[Finite, Finite] | None = None
+    limits: dict[str, Annotated[float, Field(strict=True, allow_inf_nan=False)] | Literal["off"]] = {}
+    fence: list[_Fence] = []
     waypoint: Annotated[list[_Point], Field(min_length=2)]
 
 
-_NOT_YET = {"free", "upright", "attitude", "time_s"}  # in the format, not yet planned
+_NOT_YET = {"upright", "attitude"}  # in the format, not yet planned
 
 
 def mission_from_toml(text: str, name: str) -> Mission:
@@ -91,7 +110,7 @@ def mission_from_toml(text: str, name: str) -> Mission:
         _check_rest(index, point, at_end=index in (0, len(file.waypoint) - 1))
         if point.yaw_deg is not None:
             yaw += math.remainder(heading_deg_to_yaw(point.yaw_deg) - yaw, math.tau)  # the short way
-        position = _position(index, point, file.frame)
+        position = _guess(index, file) if all(point.free_axes) else _position(index, point, file.frame)
         waypoints.append(
             Waypoint(
                 position,
@@ -102,11 +121,43 @@ def mission_from_toml(text: str, name: str) -> Mission:
                 yaw=yaw,
                 hold_s=point.hold_s,
                 speed_max=point.speed_max_m_s,
+                time_s=point.time_s,
+                free=point.free_axes,
                 item=index,
             )
         )
     anchor = DEFAULT_ORIGIN if file.frame == "geodetic" else None
-    return _mission_of_waypoints(file.name or name, waypoints, anchor)
+    return replace(_mission_of_waypoints(file.name or name, waypoints, anchor), rules=_rules(file, anchor))
+
+
+def _rules(file: _File, anchor: GeoPoint | None) -> Rules:
+    fences = []
+    for number, fence in enumerate(file.fence, start=1):
+        wanted = "corners_m" if file.frame == "local" else "corners_deg"
+        if getattr(fence, wanted) is None or (fence.corners_m and fence.corners_deg):
+            raise MissionError(f"fence {number} needs {wanted} alone, for frame is {file.frame}")
+        corners = fence.corners_m or [
+            local_from_global(DEFAULT_ORIGIN, GeoPoint(lat_deg, lon_deg, DEFAULT_ORIGIN.alt))[:2]
+            for lat_deg, lon_deg in fence.corners_deg or ()
+        ]
+        fences.append(Fence(fence.keep == "in", tuple(corners), f"fence {number}"))
+    limits = tuple((name, None if number == "off" else number) for name, number in file.limits.items())
+    yaw = Yaw("point", file.yaw) if isinstance(file.yaw, tuple) else Yaw(file.yaw) if file.yaw else None
+    return Rules(tuple(fences), limits, yaw, anchor)
+
+
+def _guess(index: int, file: _File) -> Vector:
+    """Of a free position: between the nearest points before and after that have one."""
+    if index in (0, len(file.waypoint) - 1):
+        raise MissionError(f"waypoint {index} is first or last, so its position cannot be free; give it", index)
+    if (point := file.waypoint[index]).position_m or point.lat_deg is not None:
+        return _position(index, point, file.frame)
+    known = [i for i, other in enumerate(file.waypoint) if not all(other.free_axes)]
+    before, after = max((i for i in known if i < index), default=0), min((i for i in known if i > index), default=-1)
+    start, end = (_position(i, file.waypoint[i], file.frame) for i in (before, after))
+    share = (index - before) / ((after % len(file.waypoint)) - before)
+    x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
+    return x, y, z
 
 
 def _position(index: int, point: _Point, frame: str) -> Vector:
@@ -135,7 +186,7 @@ def _mission_of_waypoints(
 ) -> Mission:
     """Waypoints around home with one item each: the first is where the takeoff ends, the rest are passed."""
     for index, (here, there) in enumerate(pairwise(waypoints), start=1):
-        if math.dist(here.position, there.position) < 1e-3:
+        if math.dist(here.position, there.position) < 1e-3 and not any(here.free + there.free):
             raise MissionError(f"waypoint {index} is where the one before is; take one of them out", index)
     items = []
     for index, point in enumerate(waypoints):

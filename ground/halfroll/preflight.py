@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, get_args
 
 from halfroll.course import Course, course, endless, home_of, require_an_end, with_takeoff_and_landing
 from halfroll.errors import HalfrollError, InputError, MissionError
 from halfroll.geodesy import DEFAULT_ORIGIN
-from halfroll.mission import Mission, PlanMode
+from halfroll.mission import LimitsKind, Mission, PlanMode, PlanOptions
 from halfroll.mission_check import Finding, check_items
 from halfroll.mission_files import load_mission
 from halfroll.vehicle import Vehicle, built_vehicle
@@ -75,8 +75,10 @@ def plan(
     vehicle: Vehicle | str | Path = "mit-vp",
     *,
     mode: str = "paper",
-    limits: Literal["mission", "rotors"] = "mission",
+    limits: LimitsKind = "mission",
     margin: float | None = None,
+    changes: Mapping[str, float | None] | None = None,
+    yaw: str | None = None,
     overrides: Overrides | None = None,
     progress: Progress = lambda _: None,
 ) -> Plan:
@@ -84,22 +86,27 @@ def plan(
 
     mode: "paper" (one polynomial a leg), "fast" or "best" (near the optimum, proven). limits: "mission" (all) or
     "rotors" (rotor thrust alone); margin: share of the rotors' thrust that is kept free, None for the limits' own;
-    overrides: numbers of the vehicle by dotted key. Raises InputError and PlanError.
+    changes: limits by name (limits.SETTABLE), None switches one off; yaw: "free" (the fastest), "given", "path" or
+    "NORTH,WEST" of a point to look at; overrides: numbers of the vehicle by dotted key. Raises InputError and
+    PlanError.
     """
-    known = planning_mode(mode)
+    options = PlanOptions.of(planning_mode(mode), limits, margin, changes, yaw)
     mission, vehicle = _mission(mission), built_vehicle(vehicle, overrides)
     flown = course(mission, mission.planned_home or DEFAULT_ORIGIN)
     if len(flown.waypoints) < 2:
         raise MissionError("nothing to plan: it ends before it has two different positions; add a waypoint")
-    return _plan(flown, vehicle, limits, margin, progress, known)
+    return _plan(flown, vehicle, options, progress)
 
 
 def check(
     mission: Mission | str | Path,
     vehicle: Vehicle | str | Path = "mit-vp",
     *,
-    limits: Literal["mission", "rotors"] = "mission",
+    mode: str = "paper",
+    limits: LimitsKind = "mission",
     margin: float | None = None,
+    changes: Mapping[str, float | None] | None = None,
+    yaw: str | None = None,
     overrides: Overrides | None = None,
     progress: Progress = lambda _: None,
 ) -> Preflight:
@@ -108,6 +115,7 @@ def check(
     Raises InputError only for what cannot be read at all.
     """
     mission, vehicle = _mission(mission), built_vehicle(vehicle, overrides)
+    options = PlanOptions.of(planning_mode(mode), limits, margin, changes, yaw)
     complete, added = with_takeoff_and_landing(mission)
     origin = home_of(mission)
     findings = tuple(check_items(complete.items, origin))
@@ -116,7 +124,7 @@ def check(
         try:
             flown = course(complete, origin)
             if len(flown.waypoints) >= 2:
-                planned = _plan(flown, vehicle, limits, margin, progress)
+                planned = _plan(flown, vehicle, options, progress)
         except HalfrollError as error:
             no_plan = error
     never_ends = None if any(finding.is_error for finding in findings) else endless(complete.items)
@@ -127,15 +135,8 @@ def _mission(mission: Mission | str | Path) -> Mission:
     return mission if isinstance(mission, Mission) else load_mission(mission)
 
 
-def _plan(
-    flown: Course,
-    vehicle: Vehicle,
-    limits: Literal["mission", "rotors"],
-    margin: float | None,
-    progress: Progress,
-    mode: PlanMode = "paper",
-) -> Plan:
-    require_an_end(flown.waypoints, vehicle.speed_max_m_s if limits == "mission" else None)
+def _plan(flown: Course, vehicle: Vehicle, options: PlanOptions, progress: Progress) -> Plan:
+    require_an_end(flown.waypoints, vehicle.speed_max_m_s if options.limits == "mission" else None)
     from halfroll.near_optimal import plan_in_mode
 
-    return plan_in_mode(flown.waypoints, vehicle, mode, limits, margin, progress)
+    return plan_in_mode(flown.waypoints, vehicle, options, flown.rules, progress)

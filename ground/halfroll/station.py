@@ -26,8 +26,8 @@ from halfroll.conversations import Conversation, Talk
 from halfroll.errors import HalfrollError, VehicleError
 from halfroll.following import START_SPEED, Following
 from halfroll.link import Link, Message, MissionCurrent, Telemetry
-from halfroll.mission import Mission, MissionItem, PlanMode
-from halfroll.planning import Limits, NothingToPlan, Outcome, Planned, Planner, PlanRequest
+from halfroll.mission import DEFAULT_OPTIONS, NO_RULES, Mission, MissionItem, PlanOptions
+from halfroll.planning import NothingToPlan, Outcome, Planned, Planner, PlanRequest
 from halfroll.record import Event
 from halfroll.references import References
 from halfroll.transport import Clock, wall_s
@@ -65,8 +65,8 @@ MakeReferences = Callable[[Vehicle, dict[str, float], float], References]
 class Station:
     """Give it every message of its link (`hear`); when all that has come was heard, `go_on`, then `answer_time`.
 
-    finer: a mission whose own waypoints are planned when its items are what is stored; other_links: in lockstep, time
-    waits for what is asked on these, too.
+    finer: a mission whose own waypoints and rules are planned when its items are what is stored; other_links: in
+    lockstep, time waits for what is asked on these, too.
     """
 
     def __init__(
@@ -74,17 +74,14 @@ class Station:
         link: Link,
         vehicle: Vehicle,
         planner: Planner,
-        limits: Limits = "mission",
-        margin: float | None = None,
-        mode: PlanMode = "paper",
+        options: PlanOptions = DEFAULT_OPTIONS,
         finer: Mission | None = None,
         other_links: Sequence[Link] = (),
         report: Callable[[Event], None] = lambda _: None,
         clock: Clock = wall_s,
         make_references: MakeReferences = References.for_vehicle,
     ) -> None:
-        self._link, self._vehicle, self._planner, self._limits, self._margin = link, vehicle, planner, limits, margin
-        self._planning_mode = mode
+        self._link, self._vehicle, self._planner, self._options = link, vehicle, planner, options
         self._finer, self._report, self._clock, self._make_references = finer, report, clock, make_references
         self._barrier = Barrier((link, *other_links), clock)
         self._heartbeat_s = -math.inf
@@ -237,6 +234,7 @@ class Station:
         if self._other_vehicle or not (self._facts and self._home and self._origin):
             return
         self._planned_home = self._home.p_WB
+        known = self._finer if self._finer and self._finer.items == self._facts.items else None
         self._request = PlanRequest(
             items=self._facts.items,
             origin=self._origin.place,
@@ -244,10 +242,9 @@ class Station:
             takeoff_altitude=self._facts.params[_TAKEOFF_ALTITUDE],
             start_yaw=references.heading(here.q_WB),
             vehicle=self._vehicle,
-            limits=self._limits,
-            margin=self._margin,
-            mode=self._planning_mode,
-            waypoints=self._finer.waypoints if self._finer and self._finer.items == self._facts.items else None,
+            options=self._options,
+            waypoints=known.waypoints if known else None,
+            rules=known.rules if known else NO_RULES,
             from_item=rest_from,
             start=None if rest_from is None else (float(here.p_WB[0]), float(here.p_WB[1]), float(here.p_WB[2])),
         )

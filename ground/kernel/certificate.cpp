@@ -1,5 +1,6 @@
 #include "certificate.hpp"
 
+#include "dual.hpp"
 #include "inverse_dynamics.hpp"
 #include "taylor_model.hpp"
 
@@ -38,16 +39,16 @@ double falling(int i, int r) {
   return product;
 }
 
-/// Derivatives 0..4 by time of one axis on a part.
+/// Derivatives by time of one axis on a part.
 void models(const Coefficients& piece, int axis, double duration, const Part& part,
-            std::array<TaylorModel, kGiven>& out) {
+            std::array<TaylorModel, kSampled>& out) {
   std::array<double, kOrder> shifted;
   for (int i = 0; i < kOrder; ++i) shifted[i] = piece(i, axis);
   for (int i = 0; i < kOrder; ++i) {
     for (int j = kOrder - 2; j >= i; --j) shifted[j] += part.centre * shifted[j + 1];
   }
   double time = 1.0;
-  for (int r = 0; r < kGiven; ++r, time /= duration) {
+  for (int r = 0; r < kSampled; ++r, time /= duration) {
     TaylorModel& model = out[r] = TaylorModel{};
     double reach = 1.0, sizes = 0.0, width = 1.0;
     for (int i = 0; i + r < kOrder; ++i, reach *= part.centre + part.half, width *= part.half) {
@@ -63,40 +64,102 @@ void models(const Coefficients& piece, int axis, double duration, const Part& pa
   }
 }
 
+using Moving = Dual<1, TaylorModel>;  // a model and that of its derivative by time
+
 struct Motion {
-  std::array<std::array<TaylorModel, kGiven>, kAxes> axes;
-  Flat<TaylorModel> flat() const {
-    const auto derivative = [&](int d) -> Vec<TaylorModel> { return {axes[0][d], axes[1][d], axes[2][d]}; };
-    return {derivative(2), derivative(3), derivative(4), axes[3][0], axes[3][1], axes[3][2]};
-  }
+  std::array<std::array<TaylorModel, kSampled>, kAxes> axes;
 };
 
+void take(const Motion& motion, int derivative, int axis, TaylorModel& out) { out = motion.axes[axis][derivative]; }
+void take(const Motion& motion, int derivative, int axis, Moving& out) {
+  out.v = motion.axes[axis][derivative];
+  out.d[0] = motion.axes[axis][derivative + 1];
+}
+
+template <class S>
+Flat<S> flat_of(const Motion& motion) {
+  Flat<S> q;
+  for (int a = 0; a < 3; ++a) {
+    take(motion, 2, a, q.acceleration[a]);
+    take(motion, 3, a, q.jerk[a]);
+    take(motion, 4, a, q.snap[a]);
+  }
+  take(motion, 0, 3, q.yaw);
+  take(motion, 1, 3, q.yaw_rate);
+  take(motion, 2, 3, q.yaw_acceleration);
+  return q;
+}
+
+const TaylorModel& value_of(const TaylorModel& s) { return s; }
+const TaylorModel& value_of(const Moving& s) { return s.v; }
+TaylorModel rate_of(const TaylorModel&) { return {}; }
+const TaylorModel& rate_of(const Moving& s) { return s.d[0]; }
+
+/// What the rows are made of.
+struct Dynamics {
+  std::array<TaylorModel, 4> thrust, rate;
+  TaylorModel size, uprightness, body_rate_squared;
+};
+
+template <class S>
+Dynamics dynamics_of(const Motion& motion, const Vehicle& v) {
+  const Flat<S> flat = flat_of<S>(motion);
+  const ThrustAxis<S> axis = thrust_axis(flat, v.gravity);
+  const BodyRate<S> body = body_rate(axis, flat);
+  const std::array<S, 4> f = rotor_thrusts(axis.size, body, v);
+  Dynamics out;
+  for (int i = 0; i < 4; ++i) out.thrust[i] = value_of(f[i]), out.rate[i] = rate_of(f[i]);
+  out.size = v.mass * value_of(axis.size);
+  out.uprightness = value_of(axis.n[2]);
+  const Vec<TaylorModel> w = {value_of(body.w[0]), value_of(body.w[1]), value_of(body.w[2])};
+  out.body_rate_squared = dot(w, w);
+  return out;
+}
+
+TaylorModel rotor_row(const RotorTerms& terms, const Dynamics& dynamics) {
+  const TaylorModel& f = dynamics.thrust[terms.rotor];
+  const TaylorModel sum = terms.share * f + terms.lead * dynamics.rate[terms.rotor];
+  return terms.root == 0.0 ? sum : sum - std::sqrt(terms.root) * (f * inverse_sqrt(f));
+}
+
+TaylorModel heading_row(const Motion& motion, const Heading& heading) {
+  const bool path = heading.rule == Heading::Rule::kPath;
+  const TaylorModel dx = path ? motion.axes[0][1] : -1.0 * motion.axes[0][0] + heading.x;
+  const TaylorModel dy = path ? motion.axes[1][1] : -1.0 * motion.axes[1][0] + heading.y;
+  const TaylorModel square = dx * dx + dy * dy + heading.slack * heading.slack;
+  const TaylorModel& yaw = motion.axes[3][0];
+  return cosine(yaw) * dx + sine(yaw) * dy - heading.cosine * (square * inverse_sqrt(square));
+}
+
 /// The rows of the constraints as models, in their order.
-std::vector<TaylorModel> rows_of(const Motion& motion, const Constraints& constraints) {
+std::vector<TaylorModel> rows_of(const Motion& motion, const PieceLimits& piece, const Constraints& constraints) {
   const Vehicle& v = constraints.vehicle();
-  const bool vertical = constraints.limits().vertical;
-  std::array<TaylorModel, 4> rotors;
-  TaylorModel size, rate;
-  if (vertical) {
-    rotors[0] = 0.25 * v.mass * (motion.axes[2][2] + v.gravity);
+  Dynamics dynamics;
+  if (constraints.limits().vertical) {
+    dynamics.thrust[0] = 0.25 * v.mass * (motion.axes[2][2] + v.gravity);
+    dynamics.rate[0] = 0.25 * v.mass * motion.axes[2][3];
+  } else if (constraints.limits_rates()) {
+    dynamics = dynamics_of<Moving>(motion, v);
   } else {
-    const Flat<TaylorModel> flat = motion.flat();
-    const ThrustAxis<TaylorModel> axis = thrust_axis(flat, v.gravity);
-    const BodyRate<TaylorModel> body = body_rate(axis, flat);
-    rotors = rotor_thrusts(axis.size, body, v);
-    size = v.mass * axis.size;
-    rate = dot(body.w, body.w);
+    dynamics = dynamics_of<TaylorModel>(motion, v);
   }
   const Vec<TaylorModel> velocity = {motion.axes[0][1], motion.axes[1][1], motion.axes[2][1]};
   std::vector<TaylorModel> rows;
   for (const Row& row : constraints.rows()) {
     switch (row.quantity) {
-      case Quantity::kForce: rows.push_back(size); break;
+      case Quantity::kForce: rows.push_back(dynamics.size); break;
       case Quantity::kForceZ: rows.push_back(v.mass * (motion.axes[2][2] + v.gravity)); break;
-      case Quantity::kRateSquared: rows.push_back(rate); break;
+      case Quantity::kUprightness: rows.push_back(dynamics.uprightness); break;
+      case Quantity::kRateSquared: rows.push_back(dynamics.body_rate_squared); break;
       case Quantity::kSpeedSquared: rows.push_back(dot(velocity, velocity)); break;
       case Quantity::kHeight: rows.push_back(motion.axes[2][0]); break;
-      default: rows.push_back(rotors[static_cast<int>(row.quantity)]);
+      case Quantity::kHeading: rows.push_back(heading_row(motion, constraints.limits().heading)); break;
+      case Quantity::kWall: {
+        const Wall wall = piece.wall(row.wall);
+        rows.push_back(wall.x * motion.axes[0][0] + wall.y * motion.axes[1][0]);
+        break;
+      }
+      default: rows.push_back(rotor_row(row.terms, dynamics));
     }
   }
   return rows;
@@ -125,13 +188,13 @@ Interval range(const TaylorModel& a) {
 }
 
 Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<double>& durations,
-                    const std::vector<double>& speed_max, const Constraints& constraints) {
+                    const std::vector<PieceLimits>& limits, const Constraints& constraints) {
   Certificate result;
   const int bounds = static_cast<int>(constraints.bounds().size());
   double worst = 0.0;
   for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
     std::vector<Bound> on_piece;
-    for (int b = 0; b < bounds; ++b) on_piece.push_back(constraints.on_piece(b, speed_max[k]));
+    for (int b = 0; b < bounds; ++b) on_piece.push_back(constraints.on_piece(b, limits[k]));
     std::vector<Part> open;
     for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 3});
     while (!open.empty()) {
@@ -140,7 +203,7 @@ Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<d
       ++result.intervals;
       Motion motion;
       for (int a = 0; a < kAxes; ++a) models(pieces[k], a, durations[k], part, motion.axes[a]);
-      const std::vector<TaylorModel> rows = rows_of(motion, constraints);
+      const std::vector<TaylorModel> rows = rows_of(motion, limits[k], constraints);
       int exceeded = -1;
       double relative = 0.0;
       for (int b = 0; b < bounds; ++b) {

@@ -22,6 +22,6 @@ struct Certificate {
 };
 
 Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<double>& durations,
-                    const std::vector<double>& speed_max, const Constraints& constraints);
+                    const std::vector<PieceLimits>& limits, const Constraints& constraints);
 
 }  // namespace halfroll::planner

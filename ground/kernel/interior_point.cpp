@@ -56,13 +56,13 @@ class InteriorPoint {
         constraints_(constraints),
         tightening_(tightening),
         settings_(settings),
-        table_(settings.samples),
+        table_(settings.samples, constraints.limits_rates()),
         unknowns_(problem),
         assembly_(constraints, table_),
         hessian_(unknowns_.group()),
         bounds_(static_cast<int>(constraints.bounds().size())) {
     for (int k = 0; k < problem.pieces(); ++k) {
-      for (int b = 0; b < bounds_; ++b) bound_.push_back(constraints.on_piece(b, problem.speed_max[k]));
+      for (int b = 0; b < bounds_; ++b) bound_.push_back(constraints.on_piece(b, problem.limits[k]));
     }
   }
 
@@ -75,7 +75,7 @@ class InteriorPoint {
     for (best.iterations = 0; best.iterations < settings_.iterations; ++best.iterations) {
       const double least = least_margin();
       const double total = sum(now_.durations);
-      if (least >= 0.0 && total < fastest) {
+      if (least >= 0.0 && total <= fastest) {
         fastest = total;
         best_point_ = now_.point;
         best.feasible = true;
@@ -97,7 +97,7 @@ class InteriorPoint {
         mu_ = std::max(mu_ * settings_.barrier_factor, settings_.barrier_end);
       }
     }
-    if (least_margin() >= 0.0 && sum(now_.durations) < fastest) {
+    if (least_margin() >= 0.0 && sum(now_.durations) <= fastest) {
       best_point_ = now_.point;
       best.feasible = true;
     }
@@ -118,7 +118,7 @@ class InteriorPoint {
   bool evaluate_piece(Trial& trial, int k) {
     PieceState& piece = trial.pieces[k];
     sample_piece(unknowns_.ends(trial.point, trial.durations, k), trial.durations[k], table_, piece.flat);
-    evaluate(constraints_, piece.flat, piece.values);
+    evaluate(constraints_, problem_.limits[k], piece.flat, piece.values);
     if (!piece.values.allFinite()) return false;
     piece.slack.resize(piece.values.rows(), bounds_);
     for (int b = 0; b < bounds_; ++b) {
@@ -174,7 +174,7 @@ class InteriorPoint {
     for (int k = 0; k < problem_.pieces(); ++k) {
       const double T = now_.durations[k], gap = T - settings_.duration_min;
       const FlatSamples& flat = now_.pieces[k].flat;
-      differentiate(constraints_, flat, slopes_[k]);
+      differentiate(constraints_, problem_.limits[k], flat, slopes_[k]);
       weigh(k);
       assembly_.assemble(flat, slopes_[k], T, stiffness_, force_, curved_, system_);
       system_.time_gradient += T * (1.0 - mu_ / gap);

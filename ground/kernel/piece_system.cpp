@@ -122,7 +122,7 @@ PieceAssembly::PieceAssembly(const Constraints& constraints, const SampleTable& 
     for (const Entry& entry : row.entries) rows_.back().push_back(find(entry));
   }
   if (!constraints.limits().vertical) {
-    for (int e = 0; e < kDynamicEntries; ++e) dynamic_.push_back(find(dynamic_entry(e)));
+    for (int e = 0; e < constraints.dynamic_entries(); ++e) dynamic_.push_back(find(dynamic_entry(e)));
   }
 }
 
@@ -131,11 +131,11 @@ void PieceAssembly::assemble(const FlatSamples& flat, const std::vector<Eigen::M
                              PieceSystem& out) {
   out = {};
   powers_[0] = 1.0;
-  for (int d = 1; d < kGiven; ++d) powers_[d] = powers_[d - 1] / duration;
+  for (int d = 1; d < kSampled; ++d) powers_[d] = powers_[d - 1] / duration;
   weigh_rows(slopes, stiff, force, curved);
   if (curved.size() > 0 && !dynamic_.empty()) {
     curvature(constraints_, flat, curved, hessians_);
-    for (int e = 0; e < kDynamicEntries; ++e) {
+    for (int e = 0; e < constraints_.dynamic_entries(); ++e) {
       for (int f = 0; f <= e; ++f) {
         matrix_.col(pair(dynamic_[e], dynamic_[f])) += hessians_.col(dynamic_pair(e, f));
       }

@@ -47,7 +47,7 @@ class PieceAssembly {
   // At samples: matrix (samples, pairs of entries); gradient and pull (samples, entries).
   Eigen::MatrixXd matrix_, gradient_, pull_, hessians_;
   std::vector<double> inner_;
-  std::array<double, kGiven> powers_{};  // of 1/duration
+  std::array<double, kSampled> powers_{};  // of 1/duration
 };
 
 }  // namespace halfroll::planner

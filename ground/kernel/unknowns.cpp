@@ -26,7 +26,8 @@ Problem Problem::split(int parts) const {
     for (int i = 1; i <= parts; ++i) {
       finer.start.durations.push_back(start.durations[k] / parts);
       finer.leg.push_back(leg[k]);
-      finer.speed_max.push_back(speed_max[k]);
+      finer.limits.push_back(limits[k]);
+      if (!timed.empty()) finer.timed.push_back(timed[k]);
       finer.start.nodes.push_back(i == parts ? start.nodes[k + 1] : start.at(k, static_cast<double>(i) / parts));
       finer.given.push_back(i == parts ? given[k + 1] : inner);
     }
@@ -51,6 +52,9 @@ Unknowns::Unknowns(const Problem& problem) : problem_(problem) {
 
   scale_.setZero(kNode * (pieces + 1) + groups);
   scale_.tail(groups).setConstant(0.3);
+  for (int k = 0; k < pieces; ++k) {
+    if (!problem.timed.empty() && problem.timed[k]) scale_[time(group_[k])] = 0.0;
+  }
   for (int k = 0; k <= pieces; ++k) {
     const double h = node_time(path.durations, k);
     Node x = path.nodes[k];

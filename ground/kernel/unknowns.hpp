@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "trajectory.hpp"
+#include "vehicle.hpp"
 
 namespace halfroll::planner {
 
@@ -21,7 +22,8 @@ struct Problem {
   Trajectory start;
   std::vector<Mask> given;           // N + 1
   std::vector<int> leg;              // N, rising
-  std::vector<double> speed_max;     // N [m/s], infinite for none
+  std::vector<PieceLimits> limits;   // N
+  std::vector<bool> timed;           // N, whether its time is given; alike in a leg. Empty: none
   std::array<bool, kAxes> frozen{};  // axes that stand still: given whole at every node
   bool tied = true;                  // pieces of a leg keep their shares of its time
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from hypothesis import strategies as st
 from halfroll.course import course, with_takeoff_and_landing
 from halfroll.errors import InputError, MissionError
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
-from halfroll.mission import NOT_GIVEN, Mission, MissionItem
+from halfroll.mission import NOT_GIVEN, Fence, Mission, MissionItem, Rules, Yaw
 from halfroll.mission_check import check_items
 from halfroll.mission_files import load_mission, save_plan, save_waypoints
 
@@ -57,7 +59,7 @@ def test_sequence_numbers_count_from_0_in_a_plan_and_from_1_after_the_home_line(
     assert course(load_mission(MISSIONS / "patrol.waypoints")).first_item == 1
 
 
-@pytest.mark.parametrize("name", ["first_flight.plan", "box.waypoints", "window.toml"])
+@pytest.mark.parametrize("name", ["first_flight.plan", "box.waypoints", "window.toml", "inspection.toml"])
 def test_every_example_is_flyable_as_it_is_shipped(name: str) -> None:
     mission, _ = with_takeoff_and_landing(load_mission(EXAMPLES / name))
     assert [str(finding) for finding in check_items(mission.items)] == []
@@ -78,10 +80,110 @@ def test_a_survey_is_flown_through_its_stored_items_and_its_jump_names_a_jump_id
     assert all(map(math.isnan, (*first.params[2:], first.z)))
 
 
-def test_a_fence_and_rally_points_are_noticed() -> None:
-    warnings = load_mission(MISSIONS / "survey.plan").warnings
-    assert len(warnings) == 2
-    assert "geofence" in warnings[0]
+def test_rally_points_are_noticed() -> None:
+    (warning,) = load_mission(MISSIONS / "survey.plan").warnings
+    assert "rally points" in warning
+
+
+def test_polygons_and_circles_of_a_fence_are_read_and_lie_where_they_were_drawn(
+    written: Callable[[str, str], Path],
+) -> None:
+    raw = json.loads((EXAMPLES / "first_flight.plan").read_text())
+    home = raw["mission"]["plannedHomePosition"]
+    per_lat, per_lon = 1.0 / 111194.0, 1.0 / (111194.0 * math.cos(math.radians(home[0])))  # degrees a metre, roughly
+    square = [[home[0] + n * per_lat, home[1] - w * per_lon] for n, w in ((-5, -5), (40, -5), (40, 40), (-5, 40))]
+    circle = {"center": [home[0] + 100 * per_lat, home[1]], "radius": 10.0}
+    raw["geoFence"] = {
+        "version": 2,
+        "polygons": [{"inclusion": True, "polygon": square, "version": 1}],
+        "circles": [{"inclusion": False, "circle": circle, "version": 1}],
+    }
+    mission = load_mission(written("fenced.plan", json.dumps(raw)))
+    field, tower = course(mission, GeoPoint(*home)).rules.fences
+    assert field.keep_in
+    assert np.allclose(field.corners, [(-5, -5), (40, -5), (40, 40), (-5, 40)], atol=0.2)
+    assert not tower.keep_in
+    assert np.allclose(
+        np.linalg.norm(np.subtract(tower.corners, (100, 0)), axis=1), 10.0 / math.cos(math.pi / 32), atol=0.3
+    )
+
+
+def test_a_fence_is_written_back(tmp_path: Path) -> None:
+    mission = replace(
+        load_mission(EXAMPLES / "first_flight.plan"), rules=Rules((Fence(True, ((0, 0), (30, 0), (0, 30))),))
+    )
+    save_plan(tmp_path / "again.plan", mission)
+    (fence,) = course(load_mission(tmp_path / "again.plan"), mission.planned_home).rules.fences
+    assert np.allclose(fence.corners, ((0, 0), (30, 0), (0, 30)), atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("fence", "complaint"),
+    [
+        ({"polygons": 3}, "geoFence.polygons is 3, a list is wanted"),
+        ({"polygons": [{"polygon": [[47, 8], [47, 9]]}]}, "fence 1 has 2 corners, a polygon has at least 3"),
+        ({"polygons": [{"polygon": [[47, 8], [47], [48, 9]]}]}, "polygon 1 of the fence: a corner is"),
+        ({"circles": [{"circle": {"center": [47, 8], "radius": "wide"}}]}, "radius of circle 1 of the fence is 'wide'"),
+    ],
+)
+def test_a_fence_that_cannot_be_read_is_refused_in_words(
+    written: Callable[[str, str], Path], fence: dict[str, object], complaint: str
+) -> None:
+    raw = json.loads((EXAMPLES / "first_flight.plan").read_text())
+    with pytest.raises(MissionError, match=re.escape(complaint)):
+        load_mission(written("fenced.plan", json.dumps({**raw, "geoFence": fence})))
+
+
+def test_toml_says_limits_yaw_fence_times_and_free_positions(written: Callable[[str, str], Path]) -> None:
+    path = written(
+        "m.toml",
+        """
+        yaw = [5, -2]
+        [limits]
+        tilt_deg = 40
+        floor_m = "off"
+        [[fence]]
+        keep = "out"
+        corners_m = [[1, 1], [2, 1], [2, 2]]
+        [[waypoint]]
+        position_m = [0, 0, 1]
+        [[waypoint]]
+        free = ["position"]
+        velocity_m_s = [1, 0, 0]
+        [[waypoint]]
+        position_m = [4, 0, 3]
+        free = ["z"]
+        time_s = 3.5
+        [[waypoint]]
+        position_m = [8, 0, 1]
+        """,
+    )
+    mission = load_mission(path)
+    assert mission.rules == Rules(
+        (Fence(False, ((1, 1), (2, 1), (2, 2)), "fence 1"),),
+        (("tilt_deg", 40), ("floor_m", None)),
+        Yaw("point", (5, -2)),
+    )
+    assert mission.waypoints is not None
+    assert [point.free for point in mission.waypoints[1:3]] == [(True, True, True), (False, False, True)]
+    assert mission.waypoints[1].position == (2.0, 0.0, 2.0)  # between its neighbours, for the stored items
+    assert mission.waypoints[2].time_s == 3.5
+
+
+@pytest.mark.parametrize(
+    ("toml", "complaint"),
+    [
+        ('[[fence]]\nkeep = "in"\ncorners_deg = [[1, 1], [2, 1], [2, 2]]', "fence 1 needs corners_m alone"),
+        ('yaw = "sideways"', "yaw"),
+        ("[limits]\ntilt_deg = true", "limits tilt_deg"),
+    ],
+)
+def test_rules_in_toml_that_make_no_sense_are_refused(
+    written: Callable[[str, str], Path], toml: str, complaint: str
+) -> None:
+    points = "\n[[waypoint]]\nposition_m = [0, 0, 1]\n[[waypoint]]\nposition_m = [4, 0, 1]\n"
+    with pytest.raises(MissionError, match=complaint):
+        load_mission(written("m.toml", toml + points))
 
 
 def test_frame_2_passes_its_fifth_and_sixth_number_unscaled(written: Callable[[str, str], Path]) -> None:

@@ -12,7 +12,7 @@ from halfroll import _planner as kernel
 from halfroll.errors import InfeasibleSegment
 from halfroll.flatness import UPRIGHT, inverse_dynamics
 from halfroll.limits import Limits
-from halfroll.mission import Waypoint
+from halfroll.mission import Waypoint, Yaw
 from halfroll.near_optimal import limits_of, plan_near_optimal
 from halfroll.plan import Plan, plan_course
 from halfroll.segments import solve_many
@@ -138,7 +138,7 @@ def test_a_planted_millinewton_is_refused_and_its_piece_named():
     allowed = kernel.Constraints(vehicle, kernel.Limits(rotor_min=0.15, rotor_max=3.0), False)
     less = kernel.Constraints(vehicle, kernel.Limits(rotor_min=0.15, rotor_max=out.rotors.max() - 1e-3), False)
     T = plan.trajectory.durations
-    no_limit = [np.inf] * len(T)
+    no_limit = [kernel.PieceLimits()] * len(T)
     assert kernel.certify(plan.trajectory.coefficients, T, no_limit, allowed).proven
     refused = kernel.certify(plan.trajectory.coefficients, T, no_limit, less)
     assert not refused.proven
@@ -200,7 +200,7 @@ def test_holds_given_velocities_and_speed_limits_are_kept():
 
 def test_a_given_heading_is_kept_and_costs_time():
     course = points([(0, 0, 1), (4, 0, 1), (4, 4, 1)], yaw=0.5)
-    given_yaw = plan_near_optimal(course, FP, limits_of(FP, "rotors"), "fast", yaw="given")
+    given_yaw = plan_near_optimal(course, FP, limits_of(FP, "rotors"), "fast", yaw=Yaw("given"))
     free_yaw = plan_near_optimal(course, FP, limits_of(FP, "rotors"), "fast")
     assert np.allclose(given_yaw.trajectory.at(given_yaw.times_s)[:, 3], 0.5)
     assert free_yaw.T < 1.005 * given_yaw.T
@@ -231,7 +231,7 @@ def test_stopped_by_hand_it_returns_the_best_proven_flight_so_far():
 
 def test_the_kernel_s_pieces_are_those_of_the_python_hermite_form():
     nodes = np.arange(40.0).reshape(2, 5, 4) / 10.0
-    problem = kernel.Problem(nodes, [0.8], np.ones((2, 5, 4), bool), [0], [np.inf], [False] * 4, True)
+    problem = kernel.Problem(nodes, [0.8], np.ones((2, 5, 4), bool), [0], [kernel.PieceLimits()], [False] * 4, True)
     assert np.allclose(problem.coefficients, solve_many(nodes, np.array([[0.8]]))[0], rtol=1e-12)
 
 

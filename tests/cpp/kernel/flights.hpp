@@ -17,8 +17,23 @@ inline Limits every_limit() {
   limits.force_z_min = 0.5;
   limits.body_rate_max = 20.0;
   limits.floor = 0.0;
+  limits.ceiling = 9.0;
+  limits.tilt_cos_min = 0.2;
+  limits.rotor_rate_max = 100.0;
+  limits.drive = {0.018, 0.018, false, 0.0, 3.0};
+  limits.heading = {Heading::Rule::kPath, 0.97, 0.3};
   return limits;
 }
+
+/// The same with motors whose speed lags.
+inline Limits every_limit_of_motors() {
+  Limits limits = every_limit();
+  limits.drive = {0.12, 0.14, true, 0.15, 3.0};
+  limits.heading = {Heading::Rule::kPoint, 0.97, 0.1, 3.0, -2.0};
+  return limits;
+}
+
+inline PieceLimits corridor() { return {10.0, {{0.6, 0.8, 5.0}, {-1.0, 0.0, 2.0}}}; }
 
 /// One piece with derivatives of the size of real flight.
 inline Trajectory random_piece(unsigned seed) {
@@ -50,7 +65,7 @@ inline Problem course(const std::vector<Eigen::Vector3d>& points, double seconds
     if (k > 0) {
       problem.start.durations.push_back(seconds_a_leg);
       problem.leg.push_back(static_cast<int>(k) - 1);
-      problem.speed_max.push_back(kNoLimit);
+      problem.limits.push_back({});
     }
   }
   return problem;

@@ -15,7 +15,7 @@ TEST_CASE("splitting a piece does not change the path") {
   whole.start = random_piece(6);
   whole.given = {Mask::Constant(true), Mask::Constant(true)};
   whole.leg = {0};
-  whole.speed_max = {kNoLimit};
+  whole.limits = {PieceLimits{}};
   const Problem split = whole.split(4);
   CHECK(split.pieces() == 4);
   CHECK(split.start.total() == doctest::Approx(whole.start.total()).epsilon(1e-15));
