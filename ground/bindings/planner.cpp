@@ -11,6 +11,8 @@
 
 PYBIND11_MAKE_OPAQUE(halfroll::planner::Tightening)
 
+void bind_closed_form(pybind11::module_& m);
+
 namespace {
 
 namespace py = pybind11;
@@ -260,4 +262,5 @@ PYBIND11_MODULE(_planner, m) {
   bind_values(m);
   bind_problem(m);
   bind_solver(m);
+  bind_closed_form(m);
 }

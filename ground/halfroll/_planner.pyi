@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Certificate', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'minimise_time', 'rotor_range', 'tighten_around_peaks']
+__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'tighten_around_peaks']
 class Vehicle:
     """
     What thrust depends on; SI, inertia (3,) about body axes.
@@ -129,6 +129,44 @@ class Certificate:
     @property
     def unproven(self) -> list[int]:
         ...
+class ClosedForm:
+    """
+    The path through nodes in given times, and its exact slopes.   Eqs 23-24
+    """
+    def __init__(self, nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], continuity: typing.SupportsInt | typing.SupportsIndex = 8) -> None:
+        """
+        nodes (n, 5, 4): NaN where free; durations (n-1,) > 0.
+        """
+    def slopes(self, cost: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """
+        (by durations (n-1,), by given derivatives (n, 5, 4)) from slopes over coefficients (n-1, 10, 4).
+        """
+    @property
+    def bytes(self) -> int:
+        """
+        Of the eliminated equations.
+        """
+    @property
+    def coefficients(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n-1, 10, 4), lowest power of tau first
+        """
+    @property
+    def durations(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def nodes(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 5, 4), all derivatives
+        """
+    @property
+    def solved(self) -> bool:
+        ...
+    @property
+    def stuck(self) -> int:
+        """
+        About which node what is given determines no path.
+        """
 def bound_limit(constraints: Constraints, bound: typing.SupportsInt | typing.SupportsIndex, piece: PieceLimits) -> float:
     """
     What a bound allows on a piece.
@@ -140,6 +178,10 @@ def bound_name(constraints: Constraints, bound: typing.SupportsInt | typing.Supp
 def certify(coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], limits: collections.abc.Sequence[PieceLimits], constraints: Constraints) -> Certificate:
     """
     Proof over whole pieces (N, 10, 4), lowest power of tau first.
+    """
+def closed_forms(nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
+    """
+    Coefficients (B, n-1, 10, 4) for B sets of durations (B, n-1); None if one has none.
     """
 def minimise_time(problem: Problem, constraints: Constraints, tightening: Tightening, *, samples: typing.SupportsInt | typing.SupportsIndex, barrier_start: typing.SupportsFloat | typing.SupportsIndex, barrier_end: typing.SupportsFloat | typing.SupportsIndex, iterations: typing.SupportsInt | typing.SupportsIndex, duration_min: typing.SupportsFloat | typing.SupportsIndex, shift: typing.SupportsFloat | typing.SupportsIndex, curvature: typing.SupportsFloat | typing.SupportsIndex, progress: collections.abc.Callable[[float], bool]) -> tuple[Problem, bool, bool, int]:
     """

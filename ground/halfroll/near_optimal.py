@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from halfroll import _planner as kernel
 from halfroll import corridor
 from halfroll.arrivals import given_times, require_possible, shared_out, too_early
-from halfroll.errors import InfeasibleSegment, InputError
+from halfroll.errors import InfeasibleSegment, InputError, PlanError
 from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
 from halfroll.limits import Limits, changed
 from halfroll.mission import Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
@@ -425,7 +425,12 @@ def _warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem
     def stopping(factor: float) -> kernel.Problem:
         return setup.problem(guess, factor * np.maximum(durations, 2.5 * distance / fastest))
 
-    starts = [_slow_enough(make, constraints) for make in (smooth, stopping)[: 1 if len(durations) == 1 else 2]]
+    makers = [smooth, stopping][: 1 if len(durations) == 1 else 2]
+    try:
+        solve(nodes, durations)
+    except PlanError:  # given accelerations can leave the paper's form undetermined
+        makers = [stopping]
+    starts = [_slow_enough(make, constraints) for make in makers]
     return min(starts, key=lambda start: (max(0.0, _ROOM - start[1]), start[0].total))[0]
 
 
