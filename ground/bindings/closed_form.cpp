@@ -1,11 +1,14 @@
-// The closed form for Python, part of halfroll._planner.
+// The closed form and rotor thrusts with their slopes for Python, part of halfroll._planner.
 #include "kernel/closed_form.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstring>
+
+#include "kernel/rotor_slopes.hpp"
 
 namespace {
 
@@ -14,6 +17,7 @@ using namespace pybind11::literals;
 using namespace halfroll::planner;
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+constexpr py::ssize_t kFlat = 12;  // entries of the flat outputs that thrust depends on
 using RowMajorNode = Eigen::Matrix<double, kGiven, kAxes, Eigen::RowMajor>;
 
 std::vector<Node> nodes_from(const Array& array) {
@@ -108,4 +112,34 @@ void bind_closed_form(py::module_& m) {
         return py::object(array);
       },
       "nodes"_a, "durations"_a, "Coefficients (B, n-1, 10, 4) for B sets of durations (B, n-1); None if one has none.");
+
+  m.def(
+      "rotor_slopes",
+      [](const Array& flat, const Vehicle& vehicle) {
+        require(flat.ndim() == 2 && flat.shape(1) == kFlat, "flat outputs are (S, 12)");
+        const py::ssize_t samples = flat.shape(0);
+        Array thrusts({samples, py::ssize_t{4}}), by({samples, py::ssize_t{4}, py::ssize_t{kFlat}});
+        const double* from = flat.data();
+        double *to = thrusts.mutable_data(), *to_slopes = by.mutable_data();
+        for (py::ssize_t s = 0; s < samples; ++s, from += kFlat) {
+          const RotorSlopes found = rotor_slopes({{from[0], from[1], from[2]},
+                                                  {from[3], from[4], from[5]},
+                                                  {from[6], from[7], from[8]},
+                                                  from[9],
+                                                  from[10],
+                                                  from[11]},
+                                                 vehicle);
+          to = std::copy(found.thrusts.begin(), found.thrusts.end(), to);
+          for (const FlatGradient<double>& g : found.by) {
+            for (const auto& vector : {g.acceleration, g.jerk, g.snap}) {
+              to_slopes = std::copy(vector.begin(), vector.end(), to_slopes);
+            }
+            for (const double number : {g.yaw, g.yaw_rate, g.yaw_acceleration}) *to_slopes++ = number;
+          }
+        }
+        return py::make_tuple(thrusts, by);
+      },
+      "flat"_a, "vehicle"_a,
+      "Rotor thrusts (S, 4) and slopes (S, 4, 12) over flat (S, 12): acceleration, jerk, snap, yaw and its two "
+      "derivatives; thrust upward.");
 }

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'tighten_around_peaks']
+__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'rotor_slopes', 'tighten_around_peaks']
 class Vehicle:
     """
     What thrust depends on; SI, inertia (3,) about body axes.
@@ -190,6 +190,10 @@ def minimise_time(problem: Problem, constraints: Constraints, tightening: Tighte
 def rotor_range(problem: Problem, constraints: Constraints, samples: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Any, typing.Any]:
     """
     Smallest and largest thrust of each rotor [N].
+    """
+def rotor_slopes(flat: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], vehicle: Vehicle) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Rotor thrusts (S, 4) and slopes (S, 4, 12) over flat (S, 12): acceleration, jerk, snap, yaw and its two derivatives; thrust upward.
     """
 def tighten_around_peaks(problem: Problem, constraints: Constraints, samples: typing.SupportsInt | typing.SupportsIndex, spare: typing.SupportsFloat | typing.SupportsIndex, tightening: Tightening) -> float:
     """

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.vehicle import Vehicle
+from halfroll import _planner as kernel
+from halfroll.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]
 
@@ -103,6 +104,50 @@ def inverse_dynamics(
         rotor_thrusts(thrust, torque, vehicle).T,
         vertical,
         charts,
+    )
+
+
+def rotor_slopes(
+    t: Array, derivatives: Array, vehicle: Vehicle, flips: Sequence[float] = (), charts: Charts | None = None
+) -> tuple[Array, Array]:
+    """Rotor thrusts (S, 4) and their exact slopes (S, 4, 5, 4) over derivatives 0..4 of x, y, z, yaw; arguments as for
+    `inverse_dynamics`, and not at a flip itself, where there is no slope.
+
+    Reverse thrust and chart C are upright thrust of the mirrored force: s R_f F, R_f half a turn about a horizontal
+    axis. The kernel knows only that.
+    """
+    out = inverse_dynamics(t, derivatives, vehicle, flips, charts)
+    inverted, gamma, offset = out.charts.at(t)
+    c, s = np.where(inverted, [np.cos(2.0 * gamma), np.sin(2.0 * gamma)], 0.0)
+    mirror = np.tile(np.eye(3), (len(t), 1, 1))
+    mirror[inverted] = 0.0
+    mirror[inverted, 0, 0], mirror[inverted, 1, 1], mirror[inverted, 2, 2] = c[inverted], -c[inverted], -1.0
+    mirror[inverted, 0, 1] = mirror[inverted, 1, 0] = s[inverted]
+    sign = np.where(out.thrust < 0.0, -1.0, 1.0)
+    mirror *= sign[:, None, None]
+    gravity = np.array([0.0, 0.0, GRAVITY])
+    vectors = derivatives[:, 2:5, :3].copy()
+    vectors[:, 0] += gravity
+    vectors = np.einsum("sij,sdj->sdi", mirror, vectors)
+    vectors[:, 0] -= gravity
+    yaw = derivatives[:, :3, 3].copy()
+    yaw[:, 0] += offset
+    rotors, by = kernel.rotor_slopes(np.concatenate([vectors.reshape(-1, 9), yaw], axis=1), kernel_vehicle(vehicle))
+    slopes = np.zeros((len(t), 4, 5, 4))
+    slopes[:, :, 2:, :3] = np.einsum("sij,srdj->srdi", mirror, by[:, :, :9].reshape(-1, 4, 3, 3))
+    slopes[:, :, :3, 3] = by[:, :, 9:]
+    turned = (sign - 1.0) / 4.0  # the kernel's total thrust is |F|
+    slopes[:, :, 2, :3] += (turned * vehicle.mass_kg / out.force_size)[:, None, None] * out.force[:, None]
+    return rotors + (turned * out.force_size)[:, None], slopes
+
+
+def kernel_vehicle(vehicle: Vehicle) -> kernel.Vehicle:
+    return kernel.Vehicle(
+        mass=vehicle.mass_kg,
+        inertia=list(vehicle.inertia_kg_m2),
+        arm=vehicle.arm_m,
+        yaw_coefficient=vehicle.yaw_coefficient_m,
+        gravity=GRAVITY,
     )
 
 

@@ -296,7 +296,7 @@ def plan_near_optimal(
         rotor_max=tuple(np.max([high for _, high in ranges], axis=0).tolist()),
         certified=True,
         violation_N=0.0,
-        warnings=tuple(radical(trajectory, points)),
+        warnings=tuple(radical(trajectory, points, arrivals)),
         mode=mode,
     )
 

@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from importlib import import_module
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,12 @@ class Plan:
         return tuple(float(t) for t in self._dense.charts.changes)
 
     @property
+    def piece_sigma(self) -> Array:
+        """(N,) sigma of each piece of the trajectory, in its middle."""
+        middles = self.trajectory.times[:-1] + self.trajectory.durations / 2.0
+        return np.asarray(self.at(middles).sigma)
+
+    @property
     def _headed_from_upright(self) -> bool:
         """Whether yaw is measured from upright even where the vehicle tilts past the horizon."""
         return self.mode != "paper"
@@ -118,7 +125,7 @@ class Plan:
         return self.rates(np.arange(ceil(self.T / dt - 1e-9) + 1) * dt)
 
     def sample(self, rate_hz: float = 1000.0) -> dict[str, Array]:
-        """Columns by the names of COLUMNS; the first and the last row are the ends, at rest."""
+        """Columns by the names of COLUMNS, ready for a DataFrame; the first and the last row are the ends, at rest."""
         t = np.arange(ceil(self.T * rate_hz - 1e-6)) / rate_hz
         t = np.append(t, self.T)
         d, o = self.trajectory.derivatives(t), self.outputs(t)
@@ -145,6 +152,10 @@ class Plan:
             tables[:, d] = np.moveaxis(scaled, 1, 2)
             scaled = np.concatenate([scaled[:, 1:] * powers[1:, None], np.zeros_like(scaled[:, :1])], axis=1)
         return self.trajectory.times.tolist(), list(tables)
+
+    def plot(self) -> Any:
+        """A matplotlib figure of path, speed, tilt and rotor thrusts; report.py, which draws, is loaded only here."""
+        return import_module("halfroll.report").plan_figure(self)
 
     def save(self, path: str | Path) -> None:
         """Write .npz or .json (both read back bit for bit by `load`), or .csv (1 kHz samples)."""
@@ -265,7 +276,7 @@ def plan_course(
         rotor_max=found.rotor_max,
         certified=found.checked,
         violation_N=found.violation,
-        warnings=tuple(radical(trajectory, points)),
+        warnings=tuple(radical(trajectory, points, arrivals)),
     )
 
 
@@ -404,15 +415,19 @@ def _durations(
         raise InfeasibleSegment(f"from {ends[0].name} to {ends[1].name}: {error}", ends[1].waypoint.item) from None
 
 
-def radical(trajectory: PiecewisePolynomial, points: Sequence[CourseNode]) -> list[str]:
-    """Free polynomials may swing far out between their nodes."""
+def radical(trajectory: PiecewisePolynomial, points: Sequence[CourseNode], arrivals: Sequence[float]) -> list[str]:
+    """Free polynomials may swing far out between their nodes: farther than twice the span of the nodes, by name.
+
+    arrivals: [s], at each of the points.
+    """
     nodes = np.array([point.waypoint.position for point in points])
     middle, span = (nodes.min(axis=0) + nodes.max(axis=0)) / 2.0, float(np.linalg.norm(np.ptp(nodes, axis=0)))
     t = np.linspace(0.0, trajectory.times[-1], 100 * len(trajectory.durations))
     far = np.linalg.norm(trajectory.at(t)[:, :3] - middle, axis=1)
-    if span == 0.0 or far.max() <= span:
+    if span == 0.0 or far.max() <= 2.0 * span:
         return []
+    leg = int(np.clip(np.searchsorted(arrivals, t[far.argmax()]), 1, len(points) - 1))
     return [
-        f"the path swings out to {far.max():.1f} m from the middle of waypoints that span {span:.1f} m; "
-        "add waypoints or lower the speed where it must stay closer"
+        f"from {points[leg - 1].name} to {points[leg].name} the path swings out to {far.max():.1f} m from the middle "
+        f"of waypoints that span {span:.1f} m; add a waypoint there, give more time, or fix fewer derivatives"
     ]

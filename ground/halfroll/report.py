@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from halfroll.plan import Plan
     from halfroll.vehicle import Vehicle
 
-__all__ = ["FlightFigures", "evaluate", "save_picture", "write_report"]
+__all__ = ["FlightFigures", "evaluate", "plan_figure", "save_picture", "write_report"]
 
 FloatArray = NDArray[np.float64]
 MODES = ("hold", "takeoff", "mission", "return", "land", "offboard")  # order of the autopilot's Mode
@@ -275,6 +275,33 @@ def save_picture(path: str | Path, plan: Plan, plan_start_s: float, log: Log, ve
         _draw_all_thrusts(panels[2], flight, colours)
         _finish(panels, flight, colours)
         figure.savefig(path, dpi=130, facecolor="white", metadata={"Software": None})
+
+
+def plan_figure(plan: Plan) -> Figure:
+    """The plan before it is flown: path, speed, tilt and rotor thrusts with their limits."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    colours, columns = ON_PAPER, plan.sample(200.0)
+    t, rotor = columns["t_s"], plan.vehicle.rotor
+    with matplotlib.rc_context(_style(colours)):
+        figure = Figure(figsize=(11, 5.6), layout="constrained", facecolor="white")
+        space = figure.add_gridspec(3, 2, width_ratios=(1.2, 1.0))
+        path: Any = figure.add_subplot(space[:, 0], projection="3d")
+        path.plot(columns["x_m"], columns["y_m"], columns["z_m"], color=colours.planned)
+        path.scatter(*waypoints(plan).T, color=colours.ink, s=14)
+        path.set(xlabel="north [m]", ylabel="west [m]", zlabel="up [m]", aspect="equal")
+        speed, tilt, thrusts = (figure.add_subplot(space[row, 1]) for row in range(3))
+        speed.plot(t, np.linalg.norm([columns[name] for name in ("vx_m_s", "vy_m_s", "vz_m_s")], axis=0))
+        tilt.plot(t, _tilt_deg(np.stack([columns[name] for name in ("q_w", "q_x", "q_y", "q_z")], axis=1)))
+        for i in (1, 2, 3, 4):
+            thrusts.plot(t, columns[f"f{i}_N"], linewidth=1.0)
+        _draw_limits(thrusts, rotor.thrust_min_N, rotor.thrust_max_N, colours)
+        for axes, label in ((speed, "speed [m/s]"), (tilt, "tilt [°]"), (thrusts, "rotor thrust [N]")):
+            axes.set(ylabel=label, xlim=(0.0, plan.T))
+        thrusts.set_xlabel("time [s]")
+        figure.suptitle(f"{plan.vehicle.name}, mode {plan.mode}: {plan.T:.3f} s")
+    return figure
 
 
 def _draw_all_thrusts(axes: Axes, flight: _Flight, colours: Palette) -> None:

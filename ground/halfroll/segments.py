@@ -9,15 +9,17 @@ The equations are solved by the kernel (kernel/closed_form.hpp), in time and mem
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from halfroll import _planner as kernel
-from halfroll.errors import PlanError
+from halfroll.errors import InputError, PlanError
 
 Array = NDArray[np.float64]
 
@@ -34,6 +36,9 @@ def monomials(tau: ArrayLike, derivative: int) -> Array:
     """(len(tau), 10): the derivative of 1, tau, .. tau^9, so that `monomials(tau, d) @ coefficients` is d/dtau^d."""
     power = np.maximum(np.arange(ORDER) - derivative, 0)
     return np.asarray(_FALLING[derivative] * np.atleast_1d(np.asarray(tau, dtype=float))[:, None] ** power)
+
+
+_CSV_COLUMNS = ["start_s", "end_s", *(f"{axis}_tau{i}" for i in range(ORDER) for axis in ("x", "y", "z", "yaw"))]
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,46 @@ class PiecewisePolynomial:
             if order > 0:
                 out[outside, row] = 0.0
         return out
+
+    def save(self, path: str | Path) -> None:
+        """Write .npz, .json or .csv (a piece a row); `load` reads each of them back bit for bit. Raises InputError."""
+        path = Path(path)
+        if path.suffix == ".npz":
+            np.savez(path, times=self.times, coefficients=self.coefficients)
+        elif path.suffix == ".json":
+            pieces = {"times": self.times.tolist(), "coefficients": self.coefficients.tolist()}
+            path.write_text(json.dumps(pieces) + "\n", encoding="utf-8")
+        elif path.suffix == ".csv":
+            rows = [_CSV_COLUMNS]
+            for start, end, piece in zip(
+                self.times[:-1].tolist(), self.times[1:].tolist(), self.coefficients, strict=True
+            ):
+                rows.append([repr(number) for number in (start, end, *piece.ravel().tolist())])
+            path.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+        else:
+            raise InputError(f"{path}: a trajectory is written as .npz, .json or .csv; choose one of these endings")
+
+    @classmethod
+    def load(cls, path: str | Path) -> PiecewisePolynomial:
+        """Read what `save` wrote. Raises InputError."""
+        path = Path(path)
+        try:
+            if path.suffix == ".npz":
+                with np.load(path, allow_pickle=False) as stored:
+                    return cls(stored["times"], stored["coefficients"])
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".json":
+                pieces = json.loads(text)
+                return cls(np.array(pieces["times"], dtype=float), np.array(pieces["coefficients"], dtype=float))
+            header, *rows = (line.split(",") for line in text.splitlines())
+            if header != _CSV_COLUMNS or not rows:
+                raise ValueError("its columns are not those of a trajectory")
+            numbers = np.array(rows, dtype=float)
+            return cls(np.append(numbers[:, 0], numbers[-1, 1]), numbers[:, 2:].reshape(-1, ORDER, AXES))
+        except OSError as error:
+            raise InputError(f"trajectory {path}: {error.strerror or error}; check the path") from None
+        except (KeyError, ValueError, TypeError) as error:
+            raise InputError(f"{path} is not a trajectory that halfroll wrote ({error})") from None
 
     def then(self, following: PiecewisePolynomial) -> PiecewisePolynomial:
         """This one, followed by another whose clock is moved to start where this one ends."""

@@ -17,14 +17,17 @@ from pathlib import Path
 import numpy as np
 from link_figures import instruction_figures, upload_figures
 
-from halfroll import _dialect, _firmware
+from halfroll import _dialect, _firmware, _planner
 from halfroll.errors import PlanError
 from halfroll.limits import Limits
 from halfroll.mission import Waypoint
 from halfroll.near_optimal import limits_of, plan_near_optimal
 from halfroll.plan import Plan, plan_course
-from halfroll.segments import node, rest, solve
+from halfroll.segments import node, rest, solve, solve_with_slopes
 from halfroll.vehicle import Vehicle, load_vehicle
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from oracle import banded_polynomials
 
 VEHICLES = (("mit-fp", "FP"), ("mit-vp", "VP"))
 SHARED = Path(__file__).parents[3] / "shared" / "courses"
@@ -110,18 +113,22 @@ def lockstep_figure() -> list[dict[str, object]]:
 
 
 def closed_form_figures() -> list[dict[str, object]]:
+    """The kernel, the numpy form that is its oracle in the tests, and slopes; bytes of the eliminated equations."""
     rng = np.random.default_rng(1)
-    figures = []
+    figures: list[dict[str, object]] = []
     for n in (100, 1000, 10000):
         nodes = np.stack([rest(p) if k in (0, n - 1) else node(p) for k, p in enumerate(rng.uniform(-5, 5, (n, 4)))])
         durations = rng.uniform(0.5, 1.5, n - 1)
-        figures.append(
-            {
-                "name": f"closed_form_{n}_ms",
-                "value": 1e3 * seconds(lambda a=nodes, b=durations: solve(a, b)),
-                "unit": "ms",
-            }
-        )
+        path, slopes = solve_with_slopes(nodes, durations)
+        repeats = max(5, 20000 // n)
+        for name, work in (
+            ("", lambda a=nodes, b=durations: solve(a, b)),
+            ("_numpy", lambda a=nodes, b=durations[None]: banded_polynomials.solve_many(a, b)),
+            ("_slopes", lambda s=slopes, c=path.coefficients: s(c)),
+        ):
+            figures.append({"name": f"closed_form{name}_{n}_ms", "value": 1e3 * seconds(work, repeats), "unit": "ms"})
+        size = _planner.ClosedForm(nodes, durations).bytes
+        figures.append({"name": f"closed_form_{n}_bytes_a_node", "value": size / n, "unit": "B"})
     return figures
 
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -17,6 +18,8 @@ import halfroll
 from halfroll import simulator
 from halfroll.cli import app
 from halfroll.errors import LinkError, MissionError, SimulatorDied
+from halfroll.plan import Plan
+from halfroll.segments import monomials
 from halfroll.vehicle import load_vehicle
 
 GROUND = Path(halfroll.__file__).parents[1]
@@ -148,6 +151,34 @@ def test_a_number_of_the_vehicle_can_be_set(mission):
     strong = the_object(run("plan", mission, "--json"))
     assert max(weak["rotor_max_N"]) <= 0.9 * 1.8 + 1e-6
     assert weak["T_s"] > strong["T_s"]
+
+
+PAPER_TIMES = [  # heights of the nodes [m], vehicle, mass [kg], least time [s]
+    ((1.0, 2.0), "mit-vp", 0.571, 0.9145),
+    ((1.0, 2.0), "mit-fp", 0.571, 1.0344),
+    ((1.0, 1.25, 1.9, 2.0), "mit-vp", 0.571, 0.6666),
+    ((1.0, 1.25, 1.9, 2.0), "mit-fp", 0.571, 0.8952),
+    ((1.0, 1.25, 1.9, 2.0), "mit-vp", 0.665, 0.777),
+    ((1.0, 1.25, 1.9, 2.0), "mit-fp", 0.665, 0.968),
+]
+
+
+@pytest.mark.parametrize(("heights", "vehicle", "mass", "T"), PAPER_TIMES)
+def test_paper_mode_takes_the_paper_s_times_and_is_continuous_to_the_8th_derivative(
+    tmp_path, heights, vehicle, mass, T
+):
+    nodes = "".join(f"[[waypoint]]\nposition_m = [0, 0, {z}]\n" for z in heights)
+    (tmp_path / "up.toml").write_text(f'name = "up"\nframe = "local"\n{nodes}', encoding="utf-8")
+    words = ("--mode", "paper", "--limits", "rotors", "--vehicle", vehicle, "--set", f"mass_kg={mass}", "--json")
+    outcome = the_object(run("plan", "up.toml", *words, "-o", "up.npz"))
+    assert outcome["T_s"] == pytest.approx(T, rel=5e-3)
+    assert (outcome["certified"], outcome["violation_N"]) == (True, 0.0)
+    path = Plan.load(tmp_path / "up.npz").trajectory
+    for d in range(9):
+        scale = path.durations[:, None] ** d
+        before = (monomials(1.0, d) @ path.coefficients)[:, 0] / scale
+        after = (monomials(0.0, d) @ path.coefficients)[:, 0] / scale
+        assert before[:-1] == pytest.approx(after[1:], abs=1e-6 * np.abs(after).max()), d
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from halfroll.flatness import inverse_dynamics, rotor_thrusts, upright_outputs
+from halfroll import _firmware
+from halfroll.flatness import inverse_dynamics, rotor_slopes, rotor_thrusts, upright_outputs
 from halfroll.segments import FREE, node, rest, solve
 from halfroll.vehicle import GRAVITY, load_vehicle
 from oracle import rigid_body
@@ -146,6 +147,66 @@ def test_the_fast_upright_form_is_the_same_inverse_dynamics():
     t, o = outputs((path, ()), 200)
     rotors, _, _ = upright_outputs(np.moveaxis(path.derivatives(t), 0, -1), VP, vertical=True)
     assert pytest.approx(o.rotors, abs=1e-12) == rotors.T
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_rotor_slopes_are_the_differences_of_rotor_thrusts(case):
+    path, flips = case()
+    _, dense = outputs((path, flips))
+    t = np.linspace(0.03, path.times[-1] - 0.03, 41)
+    t = t[np.all([np.abs(t - event) > 2e-3 for event in (*flips, *dense.charts.changes, -1.0)], axis=0)]
+    d = path.derivatives(t)
+    rotors, slopes = rotor_slopes(t, d, VP, flips, dense.charts)
+
+    def thrusts(derivatives):
+        return inverse_dynamics(t, derivatives, VP, flips, dense.charts).rotors
+
+    assert rotors == pytest.approx(thrusts(d), abs=1e-9)
+    if case is straight_down:  # sideways, a thrust that pushes down turns the body over: only along the path
+        slopes[:, :, 2:, :2] = 0.0
+    for order, axis in np.argwhere(np.any(slopes != 0.0, axis=(0, 1))):
+        h = 1e-5 * (1.0 + np.abs(d[:, order, axis]).max())
+        change = np.zeros_like(d)
+        change[:, order, axis] = h
+        difference = (thrusts(d + change) - thrusts(d - change)) / (2.0 * h)
+        slope = slopes[:, :, order, axis]
+        assert difference == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), (order, axis)
+
+
+@pytest.mark.parametrize("case", [free_fall_flip, backflip, path_with_yaw])
+def test_the_firmware_s_outer_loop_and_attitude_law_ask_for_the_same_rotor_thrusts(case):
+    """On the path, without leads or errors, both are the inverse dynamics; single precision. The angular acceleration is
+    the path's: no setpoint carries it."""
+    path, flips = case()
+    setup = _firmware.vehicle_setup("mit-vp")
+    params = setup.params.copy()
+    for name in ("FADE_FORCE", "VEH_DRAG", "ACT_LEAD"):
+        params[name] = 0.0
+    loop = _firmware.OuterLoop(setup.vehicle, params)
+    t = np.arange(0.0, path.times[-1], 0.01)
+    d = path.derivatives(t)
+    o = inverse_dynamics(t, d, VP, flips, outputs((path, flips))[1].charts)
+    loop.reset(o.q_WD[0])
+    for k, now in enumerate(t):
+        point = _firmware.FlatReference(
+            **dict(zip(("position", "velocity", "acceleration", "jerk", "snap"), d[k, :5, :3], strict=True)),
+            yaw=d[k, 0, 3], yaw_rate=d[k, 1, 3], yaw_acceleration=d[k, 2, 3],
+        )  # fmt: skip
+        setpoint = loop.step(
+            t_us=round(1e6 * now), q_WB=o.q_WD[k], w_WB_B=o.w_WD_D[k], p_WB=d[k, 0, :3], v_WB=d[k, 1, :3],
+            at_sample=point, now=point, lead_acceleration=d[k, 2, :3], sigma=o.sigma[k],
+            sigma_event_near=any(abs(now - flip) < 0.06 for flip in flips),
+        )  # fmt: skip
+        if o.force_size[k] < 0.5:  # where the autopilot holds its attitude reference
+            continue
+        thrust, torque = _firmware.attitude_wrench(
+            setpoint.q_WD, setpoint.w_WD_D, setpoint.q_WD, setpoint.w_WD_D, o.dw_WD_D[k], setpoint.thrust,
+            setup.vehicle, params,
+        )  # fmt: skip
+        assert np.abs(np.dot(setpoint.q_WD, o.q_WD[k])) == pytest.approx(1.0, abs=1e-6), now
+        assert setpoint.w_WD_D == pytest.approx(o.w_WD_D[k], abs=1e-3 * (1.0 + np.abs(o.w_WD_D[k]).max())), now
+        rotors = rotor_thrusts(np.array(thrust), np.array(torque, dtype=float), VP)
+        assert rotors == pytest.approx(o.rotors[k], abs=2e-3), now
 
 
 def test_hover_shares_the_weight():

@@ -269,9 +269,19 @@ def test_rotors_too_weak_for_the_margin_are_named():
         plan_course(points([(0, 0, 1), (3, 0, 1)]), weak)
 
 
-def test_a_path_that_swings_far_out_is_warned_about():
-    course = [Waypoint((0, 0, 2)), Waypoint((0.5, 0, 2), velocity=(4, 0, 0)), Waypoint((0.4, 0.2, 2))]
-    assert any("swings out" in warning for warning in plan_course(course, VP).warnings)
+def test_a_path_that_swings_far_out_is_warned_about_with_the_leg_named():
+    course = points([(0, 0, 2), (0.5, 0, 2), (0.4, 0.2, 2), (0.2, 0.3, 2)])
+    fast = (course[0], replace(course[1], velocity=(5.0, 0.0, 0.0)), *course[2:])
+    assert plan_course(course, VP).warnings == ()
+    (warning,) = plan_course(fast, VP).warnings
+    assert "from item 1 to item 2 the path swings out" in warning
+
+
+def test_a_plan_says_sigma_of_each_piece_and_draws_itself():
+    plan = turning()
+    assert plan.piece_sigma.tolist() == [1.0] * len(plan.trajectory.durations)
+    labels = [axes.get_ylabel() for axes in plan.plot().axes]
+    assert labels == ["west [m]", "speed [m/s]", "tilt [°]", "rotor thrust [N]"]
 
 
 def test_progress_is_told_in_words():

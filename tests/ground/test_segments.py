@@ -6,8 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from halfroll import _planner
-from halfroll.errors import PlanError
-from halfroll.segments import FREE, monomials, node, rest, solve, solve_many, solve_with_slopes, standing
+from halfroll.errors import InputError, PlanError
+from halfroll.segments import (
+    FREE,
+    PiecewisePolynomial,
+    monomials,
+    node,
+    rest,
+    solve,
+    solve_many,
+    solve_with_slopes,
+    standing,
+)
 from oracle import banded_polynomials, textbook_polynomials
 
 
@@ -211,6 +221,25 @@ def test_memory_grows_with_the_number_of_nodes_and_no_faster():
     small, large = (_planner.ClosedForm(*random_course(9, n)).bytes for n in (1000, 10_000))
     assert large == pytest.approx(10 * small, rel=0.01)
     assert large < 1000 * 10_000
+
+
+@pytest.mark.parametrize("ending", [".npz", ".json", ".csv"])
+def test_a_saved_trajectory_reads_back_bit_for_bit(tmp_path, ending):
+    path, file = solve(*random_course(14, 5)), tmp_path / f"path{ending}"
+    path.save(file)
+    again = PiecewisePolynomial.load(file)
+    assert again.times.tobytes() == path.times.tobytes()
+    assert again.coefficients.tobytes() == path.coefficients.tobytes()
+
+
+def test_files_that_are_no_trajectories_are_refused(tmp_path):
+    (tmp_path / "no.csv").write_text("t,x\n0,1\n")
+    (tmp_path / "no.json").write_text("{}")
+    for name, says in [("no.csv", "not a trajectory"), ("no.json", "not a trajectory"), ("none.npz", "No such file")]:
+        with pytest.raises(InputError, match=says):
+            PiecewisePolynomial.load(tmp_path / name)
+    with pytest.raises(InputError, match="choose one of these endings"):
+        solve(*random_course(14, 5)).save(tmp_path / "path.xml")
 
 
 @pytest.mark.parametrize("shortest", [1e-1, 1e-2, 1e-3])
