@@ -48,7 +48,10 @@ Outputs Autopilot::step(const Inputs& in) {
   exchange(in.link);  // commands, missions, setpoints
   imu_ = in.measured.imu;
   battery_ = in.battery;
-  estimate_ = estimator_.step(t_us_, in.measured.imu, in.measured.pose, params_);
+  Measurements measured = in.measured;
+  measured.pose = pose_source_.choose(t_us_, in.measured.pose, linked_pose_, params_);
+  linked_pose_.reset();
+  estimate_ = estimator_.step(t_us_, measured, armed_ && !landed_.on_ground(), params_);
   if (t_us_ % kReferenceUs == 0) navigate();                       // 100 Hz: mode -> setpoint_
   if (mode_ == Mode::kOffboard) follow_link();                     // at once: link -> setpoint_
   reference_ = extrapolate(setpoint_, estimate_, t_us_, params_);  // to this millisecond
@@ -284,8 +287,10 @@ void Autopilot::watch() {
   if (t_us_ % kPrearmUs == 0 && !armed_) prearm_checks_pass_ = refuse_to_arm(false, kQuietly) == nullptr;
   if (!armed_) return;
   const bool flying = !landed_.on_ground();
-  if (estimate_.position_valid && !position_was_valid_) restart_follower();  // its reference is from before the loss
+  const bool jumped = estimate_.resets != position_resets_;
+  if (jumped || (estimate_.position_valid && !position_was_valid_)) restart_follower();  // its reference is from before
   position_was_valid_ = estimate_.position_valid;
+  position_resets_ = estimate_.resets;
   if (flying && !estimate_.position_valid && mode_ != Mode::kLand) fail_safe(Mode::kLand, "position lost");
   if (battery_.state_of_charge < params_.battery_low && !battery_low_said_) {
     battery_low_said_ = true;
@@ -351,11 +356,12 @@ auto Autopilot::state() const {
   return std::tuple_cat(
       std::tie(t_us_, mode_, user_mode_, armed_, flown_, terminated_, entered_by_ground_station_, idle_s_,
                failsafe_until_us_, battery_low_said_, hold_position_, hold_yaw_, stopping_, takeoff_height_,
-               return_climbing_, mission_started_, mission_revision_, offboard_stage_, position_was_valid_),
+               return_climbing_, mission_started_, mission_revision_, offboard_stage_, position_was_valid_,
+               position_resets_),
       std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, setpoint_.attitude_used,
                setpoint_.rate_used, setpoint_mask_, reference_.thrust, rotors_, origin_, home_, home_chosen_),
-      estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(), outer_loop_.state(),
-      rotor_lag_inverse_.state());
+      pose_source_.state(), estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(),
+      outer_loop_.state(), rotor_lag_inverse_.state());
 }
 
 bool Autopilot::same_state(const Autopilot& other) const {

@@ -10,6 +10,7 @@
 #include "core/modes.hpp"
 #include "core/offboard.hpp"
 #include "core/outer_loop.hpp"
+#include "core/pose_source.hpp"
 #include "core/rotor.hpp"
 #include "link/commands.hpp"
 #include "link/missions.hpp"
@@ -83,6 +84,7 @@ class Autopilot : private MissionItems {
   Mode mode() const { return mode_; }
   bool on_ground() const { return landed_.on_ground(); }
   const Estimate& estimate() const { return estimate_; }
+  const Estimator& estimator() const { return estimator_; }
   const Reference& reference() const { return reference_; }
   const Params& params() const { return params_; }
   bool same_state(const Autopilot& other) const;
@@ -146,6 +148,8 @@ class Autopilot : private MissionItems {
 
   Imu imu_;
   Battery battery_;
+  PoseSource pose_source_;
+  std::optional<LinkedPose> linked_pose_;  // the last that came since the step before
   Estimator estimator_;
   Estimate estimate_;
   LandedDetector landed_;
@@ -160,6 +164,7 @@ class Autopilot : private MissionItems {
   std::uint64_t failsafe_until_us_ = 0;  // system status critical till then
   bool battery_low_said_ = false;
   bool position_was_valid_ = false;
+  std::uint8_t position_resets_ = 0;
   bool prearm_checks_pass_ = false;
 
   Follower follower_;

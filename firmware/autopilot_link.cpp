@@ -110,6 +110,13 @@ struct Autopilot::Dispatch {
       self.outbox_.say(Severity::kWarning, Sentence("Offboard: setpoint dropped (", why, ")").text());
     }
   }
+  void operator()(const link::ExternalPose& m) const {
+    if (link::is_pose_frame(m.frame)) {
+      self.linked_pose_ = LinkedPose{m.pose, source_of(from)};
+    } else {
+      self.outbox_.say(Severity::kWarning, Sentence("Estimator: pose dropped (frame ", int{m.frame}, ")").text());
+    }
+  }
   void operator()(const link::PositionTarget&) const {
     self.outbox_.say(Severity::kWarning, "Offboard: setpoint dropped (position target)");
   }

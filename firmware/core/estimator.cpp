@@ -9,98 +9,236 @@
 namespace halfroll {
 namespace {
 
-constexpr std::uint64_t kValidAfterUs = 100000;
-constexpr std::uint64_t kLostAfterUs = 500000;
+constexpr std::uint64_t kGrowUs = 10000;              // the covariance follows this often
+constexpr std::uint64_t kValidAfterUs = 100000;       // of poses without a gap
+constexpr std::uint64_t kPosesLostUs = 500000;        // without a pose that agrees
+constexpr std::uint64_t kSatellitesLostUs = 1500000;  // without a fix that agrees
+constexpr std::uint64_t kJumpAfterUs = 400000;        // poses contradict, but agree with each other for this long
+constexpr std::uint64_t kContradictionGapUs = 200000;
+constexpr float kSameShift = 0.1F, kSameTurn = 0.1F;  // [m], [rad], between two contradictions
+constexpr float kAttitudeLost = 0.17F;                // [rad], one sigma
+constexpr float kNowhere = 100.F;                     // [m], one sigma: dead reckoning has lost it
+constexpr float kFirstSpeed = 10.F;                   // [m/s], one sigma, placed by a pose
+constexpr float kJumpSpeed = 0.5F;                    // [m/s], one sigma, on top, after a jump
+constexpr float kFirstGyroBias = 0.02F;               // [rad/s]
+constexpr float kFirstAccelerometerBias = 0.2F;       // [m/s²]
+constexpr float kActiveRate = 2e-3F;                  // [rad/s], between two poses: not at rest to the last bit
+constexpr float kActiveForce = 0.02F;                 // [m/s²]
+
+using namespace error_state;
+
+float square(float x) { return x * x; }
+Vec3 squares(const Vec3& v) { return v.cwiseProduct(v); }
+float seconds(std::uint64_t us) { return 1e-6F * static_cast<float>(us); }
 
 bool is_finite(const Imu& imu) { return imu.w_WB_B.allFinite() && imu.specific_force_B.allFinite(); }
 
-Vec3 acceleration(const Quat& q_WB, const Imu& imu) {
-  return rotate(q_WB, imu.specific_force_B) - Vec3(0.F, 0.F, kGravity);
+/// The matrix of v -> -w x v.
+Mat3 minus_cross_matrix(const Vec3& w) {
+  Mat3 m;
+  m << 0.F, w.z(), -w.y(), -w.z(), 0.F, w.x(), w.y(), -w.x(), 0.F;
+  return m;
 }
 
 }  // namespace
 
-Estimate Estimator::step(std::uint64_t t_us, const Imu& imu, const std::optional<PoseFix>& pose, const Params& params) {
-  if (poses_ > 0 && t_us - last_pose_us_ > kLostAfterUs) poses_ = 0;
-  integrate(is_finite(imu) ? imu : imu_);
-  history_[t_us / kStepUs % kHistory] = now_;
-  if (pose && usable(t_us, *pose)) correct(t_us, *pose, params);
-
-  Estimate estimate;
-  estimate.q_WB = now_.q_WB;
-  estimate.w_WB_B = imu_.w_WB_B - gyro_bias_;
-  estimate.p_WB = now_.p_WB;
-  estimate.v_WB = now_.v_WB;
-  estimate.attitude_valid = estimate.position_valid = poses_ > 1 && t_us - first_pose_us_ >= kValidAfterUs;
-  return estimate;
+// Turning the present attitude by an error turns what the specific force did since `then`, about now. Process noise and
+// bias errors within `age` are left out: at 60 ms they are a hundredth of a millimetre and of a millimetre per second.
+Observation<3> late_position(const Motion& then, const Motion& now, float age) {
+  const Vec3 back = then.p_WB - now.p_WB + age * now.v_WB + Vec3(0.F, 0.F, 0.5F * kGravity * age * age);
+  Observation<3> seen;
+  seen.attitude = minus_cross_matrix(back);
+  seen.velocity = -age;
+  seen.position = 1.F;
+  return seen;
 }
 
-// Trapezoids: both sensors are sampled at the ends of the step.
-void Estimator::integrate(const Imu& imu) {
-  const Vec3 w = 0.5F * (imu_.w_WB_B + imu.w_WB_B) - gyro_bias_;
-  const Quat q_WB = normalised(now_.q_WB * from_rotation_vector(w * kDt));
-  if (placed_) {  // without poses this is dead reckoning: invalid, but vertical speed stays good for a while
-    const Vec3 a = 0.5F * (acceleration(now_.q_WB, imu_) + acceleration(q_WB, imu));
-    now_.p_WB += (now_.v_WB + 0.5F * kDt * a) * kDt;
-    now_.v_WB += a * kDt;
-  }
-  now_.q_WB = q_WB;
+Observation<3> late_velocity(const Motion& then, const Motion& now, float age) {
+  const Vec3 back = then.v_WB - now.v_WB - Vec3(0.F, 0.F, kGravity * age);
+  Observation<3> seen;
+  seen.attitude = minus_cross_matrix(back);
+  seen.velocity = 1.F;
+  return seen;
+}
+
+Estimate Estimator::step(std::uint64_t t_us, const Measurements& measured, bool flying, const Params& params) {
+  const Imu imu = is_finite(measured.imu) ? measured.imu : imu_;
+  if (started_) path_.step(t_us, unbiased(imu_), unbiased(imu), placed_);
+  started_ = true;
   imu_ = imu;
+  if (placed_ && t_us - grown_us_ >= kGrowUs) grow(params);
+  if (measured.pose) see(*measured.pose, flying, params);
+  see_outdoors(measured, params);
+  return estimate(imu);
 }
 
-bool Estimator::usable(std::uint64_t t_us, const PoseFix& pose) const {
-  const float norm2 = dot(pose.q_WB, pose.q_WB);
-  const bool sane = pose.p_WB.allFinite() && norm2 > 0.81F && norm2 < 1.21F;  // false for a NaN
-  const bool in_time = pose.t_us <= t_us && t_us - pose.t_us <= (kHistory - 2) * kStepUs;
-  return sane && in_time && (poses_ == 0 || pose.t_us > last_pose_us_);
+Imu Estimator::unbiased(const Imu& imu) const {
+  return {imu.w_WB_B - gyro_bias_, imu.specific_force_B - accelerometer_bias_};
 }
 
-/// What is believed now of an instant in the history, between its milliseconds.
-Estimator::Past Estimator::past(std::uint64_t t_us) const {
-  const Past& before = history_[t_us / kStepUs % kHistory];
-  const std::uint64_t rest_us = t_us % kStepUs;
-  if (rest_us == 0) return before;
-  const Past& after = history_[(t_us / kStepUs + 1) % kHistory];
-  const float share = static_cast<float>(rest_us) / static_cast<float>(kStepUs);
-  Past between;
-  between.q_WB = before.q_WB * from_rotation_vector(share * rotation_vector(conj(before.q_WB) * after.q_WB));
-  between.p_WB = before.p_WB + share * (after.p_WB - before.p_WB);
-  between.v_WB = before.v_WB + share * (after.v_WB - before.v_WB);
-  return between;
-}
-
-// The innovation is taken where the pose was; the whole believed path is moved by it, so that the next pose, which may
-// be of an instant before this correction, does not apply it again. Gains begin as those of a growing memory (1, then
-// smaller), so the second pose already gives the velocity, and end as the parameters'.
-void Estimator::correct(std::uint64_t t_us, const PoseFix& pose, const Params& params) {
-  placed_ = true;
-  if (poses_ == 0) first_pose_us_ = t_us;
-  const bool tracking = poses_ > 0 && last_pose_us_ >= first_pose_us_;
-  poses_ = tracking ? std::min<std::uint32_t>(poses_ + 1, 1000) : 1;
-  const auto n = static_cast<float>(poses_);
-  const float interval = tracking ? 1e-6F * static_cast<float>(pose.t_us - last_pose_us_) : 1.F;
-  const float attitude_gain = std::max(params.est_attitude_gain, 1.F / n);
-  const float position_gain = std::max(params.est_position_gain, 2.F * (2.F * n - 1.F) / (n * (n + 1.F)));
-  const float velocity_gain = tracking ? std::max(params.est_velocity_gain, 6.F / (n * (n + 1.F) * interval)) : 0.F;
-  last_pose_us_ = pose.t_us;
-
-  const Past believed = past(pose.t_us);
-  const Vec3 turn = rotation_vector(normalised(pose.q_WB) * conj(believed.q_WB));  // in world axes
-  const Quat turned = from_rotation_vector(attitude_gain * turn);
-  const Vec3 moved = position_gain * (pose.p_WB - believed.p_WB);
-  const Vec3 faster = velocity_gain * (pose.p_WB - believed.p_WB);
-  if (tracking) gyro_bias_ -= params.est_gyro_bias_gain * rotate(conj(believed.q_WB), turn);
-
-  for (std::uint64_t k = 0; k < kHistory; ++k) {
-    const std::uint64_t age_us = k * kStepUs;
-    if (age_us > t_us) break;
-    Past& then = history_[(t_us - age_us) / kStepUs % kHistory];
-    const float since_pose = 1e-6F * (static_cast<float>(t_us - pose.t_us) - static_cast<float>(age_us));
-    then.q_WB = normalised(turned * then.q_WB);
-    then.p_WB += moved + faster * since_pose;
-    then.v_WB += faster;
+/// The covariance to now.
+void Estimator::grow(const Params& params) {
+  const float dt = seconds(path_.t_us() - grown_us_);
+  if (dt > 0.F) {
+    const Motion& now = path_.now();
+    const Mat3 R_WB = 0.5F * (rotation_matrix(grown_from_.q_WB) + rotation_matrix(now.q_WB));
+    const Vec3 faster_W = now.v_WB - grown_from_.v_WB + Vec3(0.F, 0.F, kGravity * dt);
+    covariance_.propagate(dt, R_WB, faster_W,
+                          {kDt * square(params.est_gyro_noise), kDt * square(params.est_accelerometer_noise),
+                           square(params.est_gyro_walk), square(params.est_accelerometer_walk)});
   }
-  now_ = history_[t_us / kStepUs % kHistory];
+  grown_us_ = path_.t_us();
+  grown_from_ = path_.now();
+  deviations_ = {covariance_.deviation(kAttitude), covariance_.deviation(kVelocity), covariance_.deviation(kPosition)};
+  // Nowhere, or a number that is none (no measurement may do that; a fault in memory may): start over.
+  if (!(deviations_.maxCoeff() < kNowhere && deviations_.allFinite() && grown_from_.p_WB.allFinite())) forget();
+}
+
+void Estimator::forget() {
+  if (!path_.now().p_WB.allFinite() || !path_.now().v_WB.allFinite()) path_ = InertialPath();
+  if (!gyro_bias_.allFinite() || !accelerometer_bias_.allFinite()) {
+    gyro_bias_.setZero();
+    accelerometer_bias_.setZero();
+  }
+  covariance_ = ErrorCovariance();
+  placed_ = false;
+  aided_ = {};
+}
+
+/// Errors found by a measurement, into the motion and the biases.
+void Estimator::inject(const ErrorVector& found) {
+  path_.correct(found.segment<3>(kAttitude), found.segment<3>(kVelocity), found.segment<3>(kPosition));
+  gyro_bias_ += found.segment<3>(kGyroBias);
+  accelerometer_bias_ += found.segment<3>(kAccelerometerBias);
+  grown_from_ = path_.now();
+}
+
+/// A slow error of the poses is as bad as a white one of the same power at low frequencies: that is what averages out.
+Vec3 Estimator::attitude_variance(const PoseFix& pose, const Params& params) const {
+  if (pose.attitude_deviation.minCoeff() > 0.F) return squares(pose.attitude_deviation);
+  const float since = aided_.by_pose ? seconds(pose.t_us - aided_.pose_us) : 1e3F;
+  const float samples_alike = std::max(1.F, 2.F * params.est_attitude_wander_time / since);
+  return Vec3::Constant(square(params.est_attitude_deviation) + samples_alike * square(params.est_attitude_wander));
+}
+
+void Estimator::see(const PoseFix& pose, bool flying, const Params& params) {
+  const float norm2 = dot(pose.q_WB, pose.q_WB);
+  if (!(pose.p_WB.allFinite() && norm2 > 0.81F && norm2 < 1.21F)) return;  // also a NaN
+  const bool first = pose_.t_us == 0 && aided_.pose_us == 0;
+  const std::optional<Motion> believed = path_.at(pose.t_us);
+  if (!believed || (!first && pose.t_us <= pose_.t_us)) {
+    ++health_.late;
+    return;
+  }
+  const bool same = pose.p_WB == pose_.p_WB && pose.q_WB == pose_.q_WB;
+  const bool active = (imu_.w_WB_B - pose_.imu.w_WB_B).norm() > kActiveRate ||
+                      (imu_.specific_force_B - pose_.imu.specific_force_B).norm() > kActiveForce;
+  const bool told = pose.resets != pose_.resets && !first;
+  pose_ = {pose.t_us, pose.p_WB, pose.q_WB, imu_, pose.resets};
+  if (same && active && flying) {
+    ++health_.frozen;
+    return;
+  }
+  const Vec3 position_variance = pose.position_deviation.minCoeff() > 0.F
+                                     ? squares(pose.position_deviation)
+                                     : Vec3::Constant(square(params.est_position_deviation));
+  const Vec3 turned_variance = attitude_variance(pose, params);
+  if (!placed_) return place(pose, position_variance, turned_variance);
+
+  grow(params);
+  const Quat turn_W = normalised(pose.q_WB) * conj(believed->q_WB);
+  Observation<3> position = late_position(*believed, path_.now(), seconds(path_.t_us() - pose.t_us));
+  position.innovation = pose.p_WB - believed->p_WB;
+  position.variance = position_variance;
+  Observation<3> attitude;
+  attitude.innovation = rotation_vector(turn_W);
+  attitude.variance = turned_variance;
+  attitude.attitude = Mat3::Identity();
+  const float gate = square(params.est_gate);
+  const Weighed<3> weighed = covariance_.weigh(position);
+  if (weighed.distance2 < gate && covariance_.weigh(attitude).distance2 < gate) {
+    ErrorVector found = ErrorVector::Zero();
+    covariance_.fuse(position, weighed, found);
+    covariance_.fuse(attitude, covariance_.weigh(attitude), found);
+    inject(found);
+    return agreed(aided_.pose_us, pose.t_us, aided_.by_pose);
+  }
+  ++health_.rejected;
+  if (path_.t_us() - aided_.since_us < kValidAfterUs) {  // one of the two lies
+    aided_ = {};
+    return place(pose, position_variance, turned_variance);
+  }
+  if (!contradicts_the_same(pose.t_us, position.innovation, turn_W, kJumpAfterUs) && !told) return;
+  covariance_.set(kAttitude, turned_variance);
+  jump(pose.t_us, {normalised(pose.q_WB), rotate(turn_W, believed->v_WB), pose.p_WB}, position_variance);
+  agreed(aided_.pose_us, pose.t_us, aided_.by_pose);
+}
+
+/// By the first pose: attitude and position are its, the velocity is unknown.
+void Estimator::place(const PoseFix& pose, const Vec3& position_variance, const Vec3& attitude_variance) {
+  path_.pin(pose.t_us, {normalised(pose.q_WB), Vec3::Zero(), pose.p_WB});
+  covariance_.set(kAttitude, attitude_variance);
+  covariance_.set(kGyroBias, Vec3::Constant(square(kFirstGyroBias)));
+  covariance_.set(kAccelerometerBias, Vec3::Constant(square(kFirstAccelerometerBias)));
+  covariance_.set_moving(position_variance, square(kFirstSpeed), seconds(path_.t_us() - pose.t_us));
+  placed_ = true;
+  grown_us_ = path_.t_us();
+  grown_from_ = path_.now();
+  agreed(aided_.pose_us, pose.t_us, aided_.by_pose);
+}
+
+/// What is measured elsewhere has moved its origin, or the estimate was lost: go where it says, keep the biases.
+void Estimator::jump(std::uint64_t t_us, const Motion& then, const Vec3& position_variance) {
+  path_.pin(t_us, then);
+  const float speed = square(kJumpSpeed) + square(covariance_.deviation(kVelocity));
+  covariance_.set_moving(position_variance, speed, seconds(path_.t_us() - t_us));
+  grown_from_ = path_.now();
+  ++resets_;
+}
+
+/// True when this and all before it, for long enough, were off by the same.
+bool Estimator::contradicts_the_same(std::uint64_t t_us, const Vec3& shift_W, const Quat& turn_W,
+                                     std::uint64_t long_enough_us) {
+  Contradiction& c = contradiction_;
+  const bool same = c.until_us != 0 && t_us - c.until_us < kContradictionGapUs + long_enough_us / 2 &&
+                    (shift_W - c.shift_W).norm() < kSameShift + 0.05F * shift_W.norm() &&
+                    rotation_vector(turn_W * conj(c.turn_W)).norm() < kSameTurn;
+  c = {same ? c.since_us : t_us, t_us, shift_W, turn_W};
+  return t_us - c.since_us >= long_enough_us;
+}
+
+/// A measurement of t_us agreed (or was believed): `last_us` and `by` are its kind's.
+void Estimator::agreed(std::uint64_t& last_us, std::uint64_t t_us, bool& by) {
+  if (!aided_.by_pose && !aided_.by_satellites) {
+    aided_.since_us = path_.t_us();
+    aided_.count = 0;
+  }
+  by = true;
+  last_us = t_us;
+  aided_.count = std::min<std::uint32_t>(aided_.count + 1, 1000);
+  contradiction_ = {};
+  ++health_.used;
+}
+
+Estimate Estimator::estimate(const Imu& imu) {
+  const std::uint64_t now_us = path_.t_us();
+  aided_.by_pose = aided_.by_pose && now_us - aided_.pose_us <= kPosesLostUs;
+  aided_.by_satellites = aided_.by_satellites && now_us - aided_.satellites_us <= kSatellitesLostUs;
+  const bool aided = aided_.by_pose || aided_.by_satellites;
+  Estimate out;
+  out.q_WB = path_.now().q_WB;
+  out.w_WB_B = imu.w_WB_B - gyro_bias_;
+  out.p_WB = path_.now().p_WB;
+  out.v_WB = path_.now().v_WB;
+  out.position_valid = aided && aided_.count > 1 && now_us - aided_.since_us >= kValidAfterUs;
+  aided_.attitude_known = placed_ && (aided_.attitude_known || out.position_valid);
+  out.attitude_valid = aided_.attitude_known && deviations_[0] < kAttitudeLost;
+  out.aiding = aided_.by_pose ? Aiding::kPose : aided_.by_satellites ? Aiding::kSatellites : Aiding::kNone;
+  out.resets = resets_;
+  out.attitude_deviation = deviations_[0];
+  out.velocity_deviation = deviations_[1];
+  out.position_deviation = deviations_[2];
+  return out;
 }
 
 }  // namespace halfroll

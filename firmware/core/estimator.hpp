@@ -1,46 +1,143 @@
-// The smallest estimator that copes: gyro and accelerometer at 1 kHz, corrected by late poses from outside.
-// Why: a pose is compared with what was believed when it was taken, so its delay costs noise, not stability.
+// What the vehicle believes of its motion: an error-state Kalman filter over the inertial path.
+// Why: gyro and accelerometer are quick and drift, poses and satellites are late and do not; each is believed as far as
+// its noise allows, and what contradicts everything else is not believed at all.
+//
+// The motion is integrated at 1 kHz; the covariance of its errors follows at 100 Hz and whenever something is measured.
+// A late measurement is compared with the path at its own instant, and that error is written in terms of the error of
+// now (docs/estimator.md): no horizon to wait for, no second filter. Nothing in it knows which way is up.
 #pragma once
 #include <optional>
 
+#include "core/error_covariance.hpp"
+#include "core/inertial_path.hpp"
 #include "core/params.hpp"
 #include "core/types.hpp"
 
 namespace halfroll {
 
+/// What became of the measurements so far.
+struct EstimatorHealth {
+  std::uint32_t used = 0;      // poses and satellite fixes taken in
+  std::uint32_t rejected = 0;  // too far from what was believed
+  std::uint32_t late = 0;      // older than the memory, out of order, or of the future
+  std::uint32_t frozen = 0;    // poses that did not move while the vehicle did
+  bool operator==(const EstimatorHealth& o) const {
+    return used == o.used && rejected == o.rejected && late == o.late && frozen == o.frozen;
+  }
+};
+
 class Estimator {
  public:
-  /// Advance to t_us, 1 ms after the call before. `imu` is sampled at t_us; `pose` may be up to 62 ms old.
-  /// A sample or pose that is not finite, a pose without unit quaternion, out of order or too old is not used.
-  /// Attitude and position are valid after 0.1 s of poses and until 0.5 s without any; the first one places the
-  /// vehicle.
-  Estimate step(std::uint64_t t_us, const Imu& imu, const std::optional<PoseFix>& pose, const Params& params);
+  /// Advance to t_us, 1 ms after the call before; the first is at 0. `flying`: off the ground, where nothing stands
+  /// still to the last bit. Measurements may be up to 0.25 s old. What is not finite, no attitude, out of order or
+  /// older is not used. The first pose places the vehicle, in any attitude; without poses a still vehicle with
+  /// accelerometer, magnetometer and satellites is placed by those. Position is valid after 0.1 s of poses and until
+  /// 0.5 s without; attitude until it is uncertain by 10 deg.
+  Estimate step(std::uint64_t t_us, const Measurements& measured, bool flying, const Params& params);
+
+  const ErrorCovariance& covariance() const { return covariance_; }
+  const Vec3& gyro_bias() const { return gyro_bias_; }
+  const Vec3& accelerometer_bias() const { return accelerometer_bias_; }
+  const EstimatorHealth& health() const { return health_; }
 
   auto state() const {
-    return std::tie(now_, imu_, gyro_bias_, history_, first_pose_us_, last_pose_us_, poses_, placed_);
+    return std::tuple_cat(path_.state(), std::tie(covariance_, imu_, gyro_bias_, accelerometer_bias_, started_, placed_,
+                                                  grown_us_, grown_from_, aided_, pose_, contradiction_, still_,
+                                                  satellites_, barometer_, resets_, deviations_));
   }
 
  private:
-  static constexpr std::uint64_t kHistory = 64;  // [ms], longest pose delay it can use
-  struct Past {
-    Quat q_WB;
+  /// Since when, and until when, something external has agreed.
+  struct Aided {
+    std::uint64_t since_us = 0, pose_us = 0, satellites_us = 0;
+    std::uint32_t count = 0;
+    bool by_pose = false, by_satellites = false, attitude_known = false;
+    bool operator==(const Aided& o) const {
+      return since_us == o.since_us && pose_us == o.pose_us && satellites_us == o.satellites_us && count == o.count &&
+             by_pose == o.by_pose && by_satellites == o.by_satellites && attitude_known == o.attitude_known;
+    }
+  };
+  /// The latest pose looked at, used or not, and the inertial sample that came with it.
+  struct LatestPose {
+    std::uint64_t t_us = 0;
     Vec3 p_WB = Vec3::Zero();
-    Vec3 v_WB = Vec3::Zero();
-    bool operator==(const Past& o) const { return q_WB == o.q_WB && p_WB == o.p_WB && v_WB == o.v_WB; }
+    Quat q_WB;
+    Imu imu;
+    std::uint8_t resets = 0;
+    bool operator==(const LatestPose& o) const {
+      return t_us == o.t_us && p_WB == o.p_WB && q_WB == o.q_WB && imu == o.imu && resets == o.resets;
+    }
+  };
+  /// Measurements that were rejected but agree with each other.
+  struct Contradiction {
+    std::uint64_t since_us = 0, until_us = 0;
+    Vec3 shift_W = Vec3::Zero();
+    Quat turn_W;
+    bool operator==(const Contradiction& o) const {
+      return since_us == o.since_us && until_us == o.until_us && shift_W == o.shift_W && turn_W == o.turn_W;
+    }
+  };
+  /// Sums over the time it has stood still.
+  struct Still {
+    std::uint32_t samples = 0, fields = 0;
+    Vec3 specific_force_B = Vec3::Zero(), rate_B = Vec3::Zero(), field_B = Vec3::Zero();
+    bool operator==(const Still& o) const {
+      return samples == o.samples && fields == o.fields && specific_force_B == o.specific_force_B &&
+             rate_B == o.rate_B && field_B == o.field_B;
+    }
+  };
+  struct Barometer {
+    std::uint64_t t_us = 0;
+    float offset = 0.F, variance = 0.F;
+    bool known = false;
+    bool operator==(const Barometer& o) const {
+      return t_us == o.t_us && offset == o.offset && variance == o.variance && known == o.known;
+    }
   };
 
-  void integrate(const Imu& imu);
-  void correct(std::uint64_t t_us, const PoseFix& pose, const Params& params);
-  bool usable(std::uint64_t t_us, const PoseFix& pose) const;
-  Past past(std::uint64_t t_us) const;
+  // estimator.cpp: the path, its covariance, and poses
+  Imu unbiased(const Imu& imu) const;
+  void grow(const Params& params);
+  void inject(const ErrorVector& found);
+  void see(const PoseFix& pose, bool flying, const Params& params);
+  void place(const PoseFix& pose, const Vec3& position_variance, const Vec3& attitude_variance);
+  void jump(std::uint64_t t_us, const Motion& then, const Vec3& position_variance);
+  bool contradicts_the_same(std::uint64_t t_us, const Vec3& shift_W, const Quat& turn_W, std::uint64_t long_enough_us);
+  Vec3 attitude_variance(const PoseFix& pose, const Params& params) const;
+  void agreed(std::uint64_t& last_us, std::uint64_t t_us, bool& by);
+  void forget();
+  Estimate estimate(const Imu& imu);
 
-  Past now_;
-  Imu imu_;  // of the last step
-  Vec3 gyro_bias_ = Vec3::Zero();
-  std::array<Past, kHistory> history_ = {};  // of millisecond k at k mod 64
-  std::uint64_t first_pose_us_ = 0, last_pose_us_ = 0;
-  bool placed_ = false;      // has ever had a pose
-  std::uint32_t poses_ = 0;  // since tracking began; 0: not placed yet
+  // estimator_outdoors.cpp: satellites, barometer, magnetometer
+  void see_outdoors(const Measurements& measured, const Params& params);
+  void stand(const Measurements& measured);
+  void place_outdoors(const GpsFix& fix, const Params& params);
+  void see(const GpsFix& fix, const Params& params);
+  void see(const BarometerSample& sample, const Params& params);
+  void see(const MagnetometerSample& sample, const Params& params);
+
+  InertialPath path_;
+  ErrorCovariance covariance_;
+  Imu imu_;  // of the last step, biases and all
+  Vec3 gyro_bias_ = Vec3::Zero(), accelerometer_bias_ = Vec3::Zero();
+  bool started_ = false;
+  bool placed_ = false;         // knows where it is, well or badly
+  std::uint64_t grown_us_ = 0;  // the covariance is of this instant
+  Motion grown_from_;           // and the motion of it
+  Aided aided_;
+  LatestPose pose_;
+  Contradiction contradiction_;
+  Still still_;
+  std::uint64_t satellites_ = 0;  // stamp of the latest fix looked at
+  Barometer barometer_;
+  std::uint8_t resets_ = 0;
+  EstimatorHealth health_;
+  Vec3 deviations_ = Vec3::Zero();  // attitude, velocity, position
 };
+
+/// Where the error of now shows in a position measured when the motion was `then`, `age` before `now`.
+Observation<3> late_position(const Motion& then, const Motion& now, float age);
+/// The same of a velocity.
+Observation<3> late_velocity(const Motion& then, const Motion& now, float age);
 
 }  // namespace halfroll

@@ -72,6 +72,9 @@ struct Measurements {
   std::optional<MagnetometerSample> magnetometer;
 };
 
+/// What keeps the estimate from drifting.
+enum class Aiding : std::uint8_t { kNone, kPose, kSatellites };
+
 /// What the estimator believes now.
 struct Estimate {
   Quat q_WB;
@@ -80,6 +83,11 @@ struct Estimate {
   Vec3 v_WB = Vec3::Zero();
   bool attitude_valid = false;
   bool position_valid = false;
+  Aiding aiding = Aiding::kNone;   // kNone: dead reckoning, or nothing yet
+  std::uint8_t resets = 0;         // jumps of the position: counts up, for those who hold one
+  float attitude_deviation = 0.F;  // [rad], one sigma along the worst axis
+  float velocity_deviation = 0.F;  // [m/s]
+  float position_deviation = 0.F;  // [m]
 };
 
 /// A point of a trajectory: what to fly, before the outer loop.

@@ -2,6 +2,7 @@
 #include "link/codec.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "link/codec_mavlink.hpp"
 
@@ -58,6 +59,17 @@ MissionItemMessage item_message(const Packed& m) {
   out.current = m.current;
   out.type = m.mission_type;
   return out;
+}
+
+/// Standard deviations of position and attitude from the upper triangle of a 6 x 6 covariance; 0 where it says nothing.
+void read_covariance(const float (&covariance)[21], PoseFix& pose) {
+  const auto deviations = [&](std::size_t x, std::size_t y, std::size_t z) {
+    const Vec3 variance(covariance[x], covariance[y], covariance[z]);
+    const bool known = variance.minCoeff() > 0.F && variance.allFinite();
+    return known ? Vec3(variance.cwiseSqrt()) : Vec3(Vec3::Zero());
+  };
+  pose.position_deviation = deviations(0, 6, 11);
+  pose.attitude_deviation = deviations(15, 18, 20);
 }
 
 Message decode(const mavlink_message_t& message, Address& target) {
@@ -184,6 +196,37 @@ Message decode(const mavlink_message_t& message, Address& target) {
       out.q_WD = from_wire(Quat{m.q[0], m.q[1], m.q[2], m.q[3]});
       out.w_WD_D = from_wire(Vec3{m.body_roll_rate, m.body_pitch_rate, m.body_yaw_rate});
       out.thrust = m.thrust;
+      return out;
+    }
+    case MAVLINK_MSG_ID_ODOMETRY: {
+      const auto m = unpack(message, mavlink_msg_odometry_decode);
+      ExternalPose out;
+      out.frame = m.frame_id;
+      out.pose.t_us = m.time_usec;
+      out.pose.p_WB = from_wire(Vec3{m.x, m.y, m.z});
+      out.pose.q_WB = from_wire(Quat{m.q[0], m.q[1], m.q[2], m.q[3]});
+      out.pose.resets = m.reset_counter;
+      read_covariance(m.pose_covariance, out.pose);
+      return out;
+    }
+    case MAVLINK_MSG_ID_ATT_POS_MOCAP: {
+      const auto m = unpack(message, mavlink_msg_att_pos_mocap_decode);
+      ExternalPose out;
+      out.pose.t_us = m.time_usec;
+      out.pose.p_WB = from_wire(Vec3{m.x, m.y, m.z});
+      out.pose.q_WB = from_wire(Quat{m.q[0], m.q[1], m.q[2], m.q[3]});
+      read_covariance(m.covariance, out.pose);
+      return out;
+    }
+    case MAVLINK_MSG_ID_VISION_POSITION_ESTIMATE: {
+      const auto m = unpack(message, mavlink_msg_vision_position_estimate_decode);
+      const bool angles = std::isfinite(m.roll) && std::isfinite(m.pitch) && std::isfinite(m.yaw);
+      ExternalPose out;
+      out.pose.t_us = m.usec;
+      out.pose.p_WB = from_wire(Vec3{m.x, m.y, m.z});
+      out.pose.q_WB = angles ? quat_from_wire_angles(m.roll, m.pitch, m.yaw) : Quat{0.F, 0.F, 0.F, 0.F};
+      out.pose.resets = m.reset_counter;
+      read_covariance(m.covariance, out.pose);
       return out;
     }
     case MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: {

@@ -302,6 +302,7 @@ TxFrame odometry(const VehicleStatus& s, Envelope e) {
   fill_rates(m, s.estimate.w_WB_B);
   m.pose_covariance[0] = m.velocity_covariance[0] = kNoNumber;
   m.estimator_type = MAV_ESTIMATOR_TYPE_AUTOPILOT;
+  m.reset_counter = s.estimate.resets;
   return to_frame(m, e, mavlink_msg_odometry_encode_status);
 }
 

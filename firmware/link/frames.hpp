@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/types.hpp"
+#include "core/quaternion.hpp"
 
 namespace halfroll::link {
 
@@ -78,6 +78,13 @@ inline GlobalPosition global_from_local(const Origin& origin, const Vec3& p_W) {
   const double dlon = static_cast<double>(-p_W.y()) / radii.east / kDegree;
   return {to_degE7(from_degE7(origin.lat_degE7) + dlat), to_degE7(from_degE7(origin.lon_degE7) + dlon),
           origin.alt_m + static_cast<double>(p_W.z())};
+}
+
+/// The attitude that has these roll, pitch and heading on the wire (intrinsic yaw-pitch-roll) [rad].
+inline Quat quat_from_wire_angles(float roll, float pitch, float yaw) {
+  const Quat about_x{cosine(0.5F * roll), sine(0.5F * roll), 0.F, 0.F};
+  const Quat about_y{cosine(0.5F * pitch), 0.F, sine(0.5F * pitch), 0.F};
+  return from_wire(about_z(yaw) * about_y * about_x);
 }
 
 /// Roll, pitch and heading [rad] of the wire's ATTITUDE: roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].

@@ -139,6 +139,12 @@ struct SetAttitudeTarget {
   Vec3 w_WD_D = Vec3::Zero();
   float thrust = 0.F;  // -1..1, signed, along body up
 };
+/// ODOMETRY, ATT_POS_MOCAP or VISION_POSITION_ESTIMATE in our frames; pose.t_us is the sender's stamp. Nothing is
+/// checked.
+struct ExternalPose {
+  PoseFix pose;
+  std::uint8_t frame = kFrameLocalNed;  // the wire's; only axes that are north-east-down or alike can be used
+};
 struct PositionTarget {};  // SET_POSITION_TARGET_*: not flown, only noticed
 
 struct Timesync {
@@ -166,7 +172,7 @@ using Message =
     std::variant<Unhandled, Heartbeat, Command, SetMode, SetGlobalOrigin, ParamRequestList, ParamRequestRead, ParamSet,
                  MissionRequestList, MissionRequest, MissionCount, MissionItemMessage, MissionClearAll,
                  MissionSetCurrent, MissionAck, MissionWritePartial, MissionRequestPartial, SetAttitudeTarget,
-                 PositionTarget, Timesync, Ping, FileTransfer, StatusText>;
+                 ExternalPose, PositionTarget, Timesync, Ping, FileTransfer, StatusText>;
 
 // Only sent:
 

@@ -27,8 +27,6 @@ bool due(std::uint64_t t_us, std::int32_t interval_us) {
   return interval_us > 0 && t_us % static_cast<std::uint64_t>(interval_us) < kStepUs;
 }
 
-float dot(const Quat& a, const Quat& b) { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }
-
 /// The same attitude, with the sign that continues `before`.
 Quat continued(const Quat& q, const Quat& before) { return dot(q, before) < 0.F ? Quat{-q.w, -q.x, -q.y, -q.z} : q; }
 

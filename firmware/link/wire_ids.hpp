@@ -51,6 +51,12 @@ inline constexpr std::uint8_t kParamReal32 = 9;         // MAV_PARAM_TYPE_REAL32
 /// MAV_FRAME, the ones taken here.
 inline constexpr std::uint8_t kFrameGlobal = 0, kFrameMission = 2, kFrameRelative = 3, kFrameGlobalInt = 5,
                               kFrameRelativeInt = 6;
+/// Frames of poses: LOCAL_NED; what older clients call MOCAP_NED and VISION_NED; LOCAL_FRD, whose forward the room's
+/// owner has laid along W's north.
+inline constexpr std::uint8_t kFrameLocalNed = 1, kFrameMocapNed = 14, kFrameVisionNed = 16, kFrameLocalFrd = 20;
+constexpr bool is_pose_frame(std::uint8_t frame) {
+  return frame == kFrameLocalNed || frame == kFrameMocapNed || frame == kFrameVisionNed || frame == kFrameLocalFrd;
+}
 
 /// MAV_CMD.
 namespace cmd {

@@ -47,17 +47,26 @@ void bind_values(py::module_& m) {
       .def_readonly("thrust", &Setpoint::thrust);
 
   py::class_<PoseFix>(m, "PoseFix", "A pose from outside, sampled at t_us.")
-      .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB) {
+      .def(py::init([](std::uint64_t t_us, const Vec3& p_WB, const Quad& q_WB, const Vec3& position_deviation,
+                       const Vec3& attitude_deviation) {
              PoseFix fix;
              fix.t_us = t_us;
              fix.p_WB = p_WB;
              fix.q_WB = to_quat(q_WB);
+             fix.position_deviation = position_deviation;
+             fix.attitude_deviation = attitude_deviation;
              return fix;
            }),
-           "t_us"_a, "p_WB"_a, "q_WB"_a)
+           "t_us"_a, "p_WB"_a, "q_WB"_a, py::kw_only(), "position_deviation"_a = Vec3(Vec3::Zero()),
+           "attitude_deviation"_a = Vec3(Vec3::Zero()))
       .def_readonly("t_us", &PoseFix::t_us)
       .def_readonly("p_WB", &PoseFix::p_WB)
       .def_property_readonly("q_WB", [](const PoseFix& p) { return from_quat(p.q_WB); });
+
+  py::enum_<Aiding>(m, "Aiding", "What keeps an estimate from drifting.")
+      .value("NONE", Aiding::kNone)
+      .value("POSE", Aiding::kPose)
+      .value("SATELLITES", Aiding::kSatellites);
 
   py::class_<Estimate>(m, "Estimate", "What the autopilot believes of its motion.")
       .def_property_readonly("q_WB", [](const Estimate& e) { return from_quat(e.q_WB); })
@@ -65,7 +74,12 @@ void bind_values(py::module_& m) {
       .def_readonly("p_WB", &Estimate::p_WB)
       .def_readonly("v_WB", &Estimate::v_WB)
       .def_readonly("attitude_valid", &Estimate::attitude_valid)
-      .def_readonly("position_valid", &Estimate::position_valid);
+      .def_readonly("position_valid", &Estimate::position_valid)
+      .def_readonly("aiding", &Estimate::aiding)
+      .def_readonly("resets", &Estimate::resets)
+      .def_readonly("attitude_deviation", &Estimate::attitude_deviation)
+      .def_readonly("velocity_deviation", &Estimate::velocity_deviation)
+      .def_readonly("position_deviation", &Estimate::position_deviation);
 }
 
 void bind_params(py::module_& m) {

@@ -2,71 +2,25 @@
 // body in double. Why: each term may be right and the loop still wrong; the numbers are those of the reference.
 #include <doctest/doctest.h>
 
-#include <deque>
-
 #include "core/attitude.hpp"
 #include "core/mixer.hpp"
 #include "core/outer_loop.hpp"
 #include "core/quaternion.hpp"
 #include "core/rotor.hpp"
 #include "core/setpoint.hpp"
+#include "flying_body.hpp"
 #include "free_fall_flip.hpp"
 #include "oracle.hpp"
 
 namespace halfroll {
 namespace {
 
+using oracle::kStep;
 using oracle::Quatd;
 using oracle::Vec3d;
 
-constexpr double kStep = 1e-3;
 constexpr int kStateAge = 10, kLinkDelay = 2;  // [ms]
 constexpr double kMidAge = 0.007;              // link delay and half a period
-
-/// Rigid body and rotors: dead time, lag and slew of blades, or the lag of motor speed.
-class Body {
- public:
-  explicit Body(const Vehicle& vehicle) : vehicle_(vehicle) {
-    thrust_.setConstant(0.25 * vehicle.mass * oracle::kGravity);
-    for (int i = 0; i < 3; ++i) on_its_way_.push_back(thrust_);
-  }
-
-  Vec3d p = Vec3d::Zero(), v = Vec3d::Zero(), w = Vec3d::Zero();
-  Quatd q = Quatd::Identity();
-
-  void step(const RotorCommands& command) {
-    const Eigen::Vector4d before = thrust_;
-    turn_rotors({command.thrust[0], command.thrust[1], command.thrust[2], command.thrust[3]});
-    const Eigen::Vector4d f = 0.5 * (before + thrust_);
-    const double d = vehicle_.arm, c = vehicle_.yaw_coefficient;
-    const Vec3d torque(d * (f[0] - f[2]), d * (f[1] - f[3]), c * (-f[0] + f[1] - f[2] + f[3]));
-    const Vec3d inertia = vehicle_.inertia.cast<double>();
-    const Vec3d a = q * Vec3d(0.0, 0.0, f.sum() / vehicle_.mass) - Vec3d(0.0, 0.0, oracle::kGravity);
-    const Vec3d dw = (torque - w.cross(inertia.cwiseProduct(w))).cwiseQuotient(inertia);
-    p += kStep * v + 0.5 * kStep * kStep * a;
-    v += kStep * a;
-    q = (q * oracle::turn((w + 0.5 * kStep * dw) * kStep)).normalized();
-    w += kStep * dw;
-  }
-
- private:
-  void turn_rotors(const Eigen::Vector4d& command) {
-    if (vehicle_.rotor_kind == RotorKind::kFixedPitch) {
-      const double share = 1.0 - std::exp(-kStep / vehicle_.rotor_lag);
-      const Eigen::Vector4d speed = thrust_.cwiseSqrt();
-      thrust_ = (speed + share * (command.cwiseSqrt() - speed)).cwiseAbs2();
-      return;
-    }
-    on_its_way_.push_back(command);
-    const double share = 1.0 - std::exp(-kStep / 0.018), most = 126.0 * kStep;
-    thrust_ += (share * (on_its_way_.front() - thrust_)).cwiseMax(-most).cwiseMin(most);
-    on_its_way_.pop_front();
-  }
-
-  Vehicle vehicle_;
-  Eigen::Vector4d thrust_;
-  std::deque<Eigen::Vector4d> on_its_way_;
-};
 
 struct Flown {
   double worst_position = 0.0, worst_attitude_deg = 0.0, peak_rate_deg = 0.0, end_position = 0.0;
@@ -76,7 +30,7 @@ struct Flown {
 /// `plan(t_ms)` fills in what the ground knows of the future; the vehicle starts at `start`.
 template <class Plan>
 Flown fly(const Vehicle& vehicle, const Params& params, const Plan& plan, int until_ms, const Vec3d& start) {
-  Body body(vehicle);
+  oracle::FlyingBody body(vehicle);
   body.p = start;
   OuterLoop outer_loop(vehicle);
   RotorLagInverse lag_inverse;
@@ -117,16 +71,6 @@ Flown fly(const Vehicle& vehicle, const Params& params, const Plan& plan, int un
   return flown;
 }
 
-FlatReference at(const oracle::FreeFallFlip& flip, double t) {
-  FlatReference r;
-  r.position = flip.at(t, 0).cast<float>();
-  r.velocity = flip.at(t, 1).cast<float>();
-  r.acceleration = flip.at(t, 2).cast<float>();
-  r.jerk = flip.at(t, 3).cast<float>();
-  r.snap = flip.at(t, 4).cast<float>();
-  return r;
-}
-
 }  // namespace
 
 TEST_CASE("the free-fall flip is flown within 5 mm and 6 deg, and ends in inverted hover") {
@@ -136,8 +80,8 @@ TEST_CASE("the free-fall flip is flown within 5 mm and 6 deg, and ends in invert
   const auto plan = [&](int k) {
     const double t = k * kStep;
     OuterLoopInput in;
-    in.now = at(flip, t);
-    in.at_sample = at(flip, std::max(0.0, t - kStateAge * kStep));
+    in.now = oracle::reference(flip, t);
+    in.at_sample = oracle::reference(flip, std::max(0.0, t - kStateAge * kStep));
     in.lead_acceleration = flip.at(t + params.actuator_lead + kMidAge, 2).cast<float>();
     in.lead_rate = {0.F, static_cast<float>(flip.rate(t + rate_lead) - flip.rate(t)), 0.F};
     in.sigma = t < oracle::FreeFallFlip::kHalf ? 1.F : -1.F;

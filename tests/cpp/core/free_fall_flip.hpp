@@ -75,4 +75,15 @@ class FreeFallFlip {
   Coefficients x_, z_;
 };
 
+/// The flip as the outer loop wants it.
+inline halfroll::FlatReference reference(const FreeFallFlip& flip, double t) {
+  halfroll::FlatReference r;
+  r.position = flip.at(t, 0).cast<float>();
+  r.velocity = flip.at(t, 1).cast<float>();
+  r.acceleration = flip.at(t, 2).cast<float>();
+  r.jerk = flip.at(t, 3).cast<float>();
+  r.snap = flip.at(t, 4).cast<float>();
+  return r;
+}
+
 }  // namespace oracle

@@ -185,6 +185,65 @@ TEST_CASE("an attitude setpoint to the right is a negative roll about forward-le
   CHECK(in->type_mask == 7);
 }
 
+namespace {
+
+/// Of the three messages that carry a pose: 1 m north, 2 m east, 3 m down, the nose a quarter turn clockwise from
+/// north.
+ExternalPose pose_of(const client::Bytes& bytes) {
+  Parser parser;
+  const auto got = client::parse(parser, bytes);
+  REQUIRE(got.size() == 1);
+  const auto* in = std::get_if<ExternalPose>(&got[0].message);
+  REQUIRE(in != nullptr);
+  CHECK(in->pose.t_us == 123456789);
+  CHECK(in->pose.p_WB == Vec3{1.F, -2.F, -3.F});  // north, west, up
+  const Vec3 nose =
+      Eigen::Quaternionf(in->pose.q_WB.w, in->pose.q_WB.x, in->pose.q_WB.y, in->pose.q_WB.z) * Vec3::UnitX();
+  CHECK((nose - Vec3{0.F, -1.F, 0.F}).norm() < 1e-5F);  // east
+  return *in;
+}
+
+void fill_covariance(float (&covariance)[21]) {
+  covariance[0] = 4e-6F, covariance[6] = 9e-6F, covariance[11] = 1e-6F;
+  covariance[15] = 1e-4F, covariance[18] = 1e-4F, covariance[20] = 4e-4F;
+}
+
+}  // namespace
+
+TEST_CASE("the three messages that carry a pose say the same in north-west-up, with their deviations") {
+  const float half = std::sqrt(0.5F);
+  mavlink_odometry_t odometry = {};
+  odometry.time_usec = 123456789;
+  odometry.frame_id = MAV_FRAME_LOCAL_NED;
+  odometry.child_frame_id = MAV_FRAME_BODY_FRD;
+  odometry.x = 1.F, odometry.y = 2.F, odometry.z = 3.F;
+  odometry.q[0] = odometry.q[3] = half;
+  odometry.reset_counter = 4;
+  fill_covariance(odometry.pose_covariance);
+  const ExternalPose a = pose_of(client::frame(odometry, mavlink_msg_odometry_encode_status));
+  CHECK(a.frame == MAV_FRAME_LOCAL_NED);
+  CHECK(a.pose.resets == 4);
+  CHECK((a.pose.position_deviation - Vec3{2e-3F, 3e-3F, 1e-3F}).norm() < 1e-8F);
+  CHECK((a.pose.attitude_deviation - Vec3{1e-2F, 1e-2F, 2e-2F}).norm() < 1e-7F);
+
+  mavlink_att_pos_mocap_t mocap = {};
+  mocap.time_usec = 123456789;
+  mocap.x = 1.F, mocap.y = 2.F, mocap.z = 3.F;
+  mocap.q[0] = mocap.q[3] = half;
+  mocap.covariance[0] = std::numeric_limits<float>::quiet_NaN();
+  const ExternalPose b = pose_of(client::frame(mocap, mavlink_msg_att_pos_mocap_encode_status));
+  CHECK(b.pose.position_deviation == Vec3::Zero());  // not said
+  CHECK(b.pose.attitude_deviation == Vec3::Zero());
+
+  mavlink_vision_position_estimate_t vision = {};
+  vision.usec = 123456789;
+  vision.x = 1.F, vision.y = 2.F, vision.z = 3.F;
+  vision.yaw = 1.57079633F;
+  fill_covariance(vision.covariance);
+  const ExternalPose c = pose_of(client::frame(vision, mavlink_msg_vision_position_estimate_encode_status));
+  CHECK((c.pose.position_deviation - a.pose.position_deviation).norm() == 0.F);
+}
+
 TEST_CASE("only what is meant for us is for us") {
   const auto to = [](std::uint8_t system, std::uint8_t component) {
     return Header{{255, 190}, {system, component}, {}};

@@ -34,6 +34,14 @@ TEST_CASE("upside down shows roll pi and no pitch") {
   CHECK(std::fabs(angles.x()) == doctest::Approx(M_PI));
   CHECK(angles.y() == doctest::Approx(0));
 }
+TEST_CASE("roll, pitch and heading make the attitude that shows them") {
+  for (const Vec3& angles :
+       {Vec3{0.2F, 0.F, 0.F}, Vec3{0.F, 0.3F, 0.F}, Vec3{0.F, 0.F, 1.5F}, Vec3{-3.F, -1.2F, -2.F}}) {
+    const Quat q = quat_from_wire_angles(angles.x(), angles.y(), angles.z());
+    CHECK((wire_angles(q) - angles).norm() < 1e-5F);
+  }
+  CHECK(quat_from_wire_angles(0.F, 0.F, 1.57079633F).z < 0.F);  // a nose that points east is clockwise, seen from above
+}
 TEST_CASE("turning frames twice changes no bit") {
   const Vec3 v{0.1F, -2.3F, 4.5F};
   const Quat q{0.5F, -0.5F, 0.1F, 0.7F};

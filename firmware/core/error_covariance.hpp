@@ -1,0 +1,78 @@
+// How wrong the estimate may be: the covariance of its fifteen errors.
+// Why: it weighs every measurement, so it must stay symmetric and positive in float32 for as long as a vehicle is on.
+//
+// Errors are truth minus estimate, all in W but the biases, which are in B: attitude (a rotation vector, R = exp(error)
+// R_believed), velocity, position, gyro bias, accelerometer bias. With the attitude error in W nothing depends on being
+// upright, and what the error does over an interval needs only the specific force gained in it.
+#pragma once
+#include "core/types.hpp"
+
+namespace halfroll {
+
+namespace error_state {
+inline constexpr int kAttitude = 0, kVelocity = 3, kPosition = 6, kGyroBias = 9, kAccelerometerBias = 12, kSize = 15;
+}
+
+using ErrorVector = Eigen::Matrix<float, error_state::kSize, 1>;
+
+/// N numbers measured: innovation = attitude * (attitude error) + velocity * (velocity error along `axis`...) +
+/// position * (position error along `axis`...) + noise.
+template <int N>
+struct Observation {
+  Eigen::Matrix<float, N, 1> innovation = Eigen::Matrix<float, N, 1>::Zero();
+  Eigen::Matrix<float, N, 1> variance = Eigen::Matrix<float, N, 1>::Zero();
+  Eigen::Matrix<float, N, 3> attitude = Eigen::Matrix<float, N, 3>::Zero();
+  float velocity = 0.F, position = 0.F;
+  int axis = 0;  // of the first number; the others follow
+};
+
+/// An observation against a covariance P.
+template <int N>
+struct Weighed {
+  Eigen::Matrix<float, error_state::kSize, N> against;  // P H^T
+  Eigen::Matrix<float, N, N> inverse;                   // (H P H^T + R)^-1
+  float distance2 = 0.F;  // Mahalanobis distance of the innovation, squared: chi² of N when all is well
+};
+
+/// White noise of the inertial sensors as variance per second, and how fast their biases walk.
+struct InertialNoise {
+  float gyro = 0.F;                // [rad²/s]
+  float accelerometer = 0.F;       // [m²/s³]
+  float gyro_walk = 0.F;           // [rad²/s³]
+  float accelerometer_walk = 0.F;  // [m²/s⁵]
+};
+
+class ErrorCovariance {
+ public:
+  using Matrix = Eigen::Matrix<float, error_state::kSize, error_state::kSize>;
+
+  /// dt seconds on: R_WB in the middle, what the specific force added to the velocity, noise.
+  void propagate(float dt, const Mat3& R_WB, const Vec3& faster_W, const InertialNoise& noise);
+
+  /// How an observation stands to what is known now.
+  template <int N>
+  Weighed<N> weigh(const Observation<N>& seen) const;
+  /// Take the observation in, as weighed by this covariance; the innovation is what the errors `found` so far in this
+  /// instant do not explain.
+  template <int N>
+  void fuse(const Observation<N>& seen, const Weighed<N>& weighed, ErrorVector& found);
+
+  /// Forget what is known of three errors: independent of the rest, with these variances.
+  void set(int first, const Vec3& variance);
+  /// The same of velocity and position when a velocity of this variance has moved it for `age` seconds.
+  void set_moving(const Vec3& position_variance, float velocity_variance, float age);
+
+  /// Largest standard deviation of the three errors from `first`.
+  float deviation(int first) const;
+  const Matrix& matrix() const { return p_; }
+  bool operator==(const ErrorCovariance& o) const { return p_ == o.p_; }
+
+ private:
+  template <int N>
+  Eigen::Matrix<float, error_state::kSize, N> against(const Observation<N>& seen) const;
+  void keep_safe();
+
+  Matrix p_ = Matrix::Identity();
+};
+
+}  // namespace halfroll
