@@ -285,12 +285,13 @@ void Autopilot::restart_follower() {
 /// What makes the autopilot act by itself.
 void Autopilot::watch() {
   if (t_us_ % kPrearmUs == 0 && !armed_) prearm_checks_pass_ = refuse_to_arm(false, kQuietly) == nullptr;
+  const bool jumped = estimate_.resets != position_resets_;
+  position_resets_ = estimate_.resets;
+  if (jumped) outbox_.say(link::Severity::kWarning, "Estimator: position jumped");
   if (!armed_) return;
   const bool flying = !landed_.on_ground();
-  const bool jumped = estimate_.resets != position_resets_;
   if (jumped || (estimate_.position_valid && !position_was_valid_)) restart_follower();  // its reference is from before
   position_was_valid_ = estimate_.position_valid;
-  position_resets_ = estimate_.resets;
   if (flying && !estimate_.position_valid && mode_ != Mode::kLand) fail_safe(Mode::kLand, "position lost");
   if (battery_.state_of_charge < params_.battery_low && !battery_low_said_) {
     battery_low_said_ = true;

@@ -43,7 +43,7 @@ class Estimator {
   auto state() const {
     return std::tuple_cat(path_.state(), std::tie(covariance_, imu_, gyro_bias_, accelerometer_bias_, started_, placed_,
                                                   grown_us_, grown_from_, aided_, pose_, contradiction_, still_,
-                                                  satellites_, barometer_, resets_, deviations_));
+                                                  latest_fix_us_, barometer_, resets_, deviations_));
   }
 
  private:
@@ -128,7 +128,7 @@ class Estimator {
   LatestPose pose_;
   Contradiction contradiction_;
   Still still_;
-  std::uint64_t satellites_ = 0;  // stamp of the latest fix looked at
+  std::uint64_t latest_fix_us_ = 0;  // stamp of the latest looked at
   Barometer barometer_;
   std::uint8_t resets_ = 0;
   EstimatorHealth health_;

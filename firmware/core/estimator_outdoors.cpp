@@ -87,18 +87,18 @@ void Estimator::place_outdoors(const GpsFix& fix, const Params& params) {
   grown_us_ = path_.t_us();
   grown_from_ = path_.now();
   still_ = {};
-  satellites_ = fix.t_us;
+  latest_fix_us_ = fix.t_us;
   agreed(aided_.satellites_us, fix.t_us, aided_.by_satellites);
 }
 
 void Estimator::see(const GpsFix& fix, const Params& params) {
   if (!fix.p_WB.allFinite() || !fix.v_WB.allFinite()) return;
   const std::optional<Motion> believed = path_.at(fix.t_us);
-  if (!believed || (satellites_ != 0 && fix.t_us <= satellites_)) {
+  if (!believed || (latest_fix_us_ != 0 && fix.t_us <= latest_fix_us_)) {
     ++health_.late;
     return;
   }
-  satellites_ = fix.t_us;
+  latest_fix_us_ = fix.t_us;
   grow(params);
   if (!placed_) return;
   const float age = seconds(path_.t_us() - fix.t_us);

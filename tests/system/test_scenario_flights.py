@@ -43,3 +43,10 @@ def test_course_d_through_the_simulator_process_is_as_close_as_in_process(tmp_pa
         misses.append(flown.json["waypoint_miss_max_m"])
     print(f"course D through halfroll-sitl: waypoint miss {np.round(misses, 3)} m")
     assert max(misses) < 0.15
+
+
+def test_a_mission_on_the_map_is_flown_by_satellites_without_motion_capture(tmp_path: Path) -> None:
+    flown = halfroll("fly", MISSIONS / "box.plan", "--scenario", "outdoor", "--json", "--out", tmp_path)
+    assert flown.json["result"] == "flown", flown.err
+    print(f"outdoor: waypoint miss {flown.json['waypoint_miss_max_m']:.2f} m, rms {flown.json['tracking_rms_m']:.2f} m")
+    assert flown.json["waypoint_miss_max_m"] < 2.0
