@@ -287,7 +287,7 @@ void Autopilot::watch() {
   if (t_us_ % kPrearmUs == 0 && !armed_) prearm_checks_pass_ = refuse_to_arm(false, kQuietly) == nullptr;
   const bool jumped = estimate_.resets != position_resets_;
   position_resets_ = estimate_.resets;
-  if (jumped) outbox_.say(link::Severity::kWarning, "Estimator: position jumped");
+  if (jumped) outbox_.say(link::Severity::kWarning, "Failsafe: position jumped");
   if (!armed_) return;
   const bool flying = !landed_.on_ground();
   if (jumped || (estimate_.position_valid && !position_was_valid_)) restart_follower();  // its reference is from before

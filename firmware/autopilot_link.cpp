@@ -114,7 +114,7 @@ struct Autopilot::Dispatch {
     if (link::is_pose_frame(m.frame)) {
       self.linked_pose_ = LinkedPose{m.pose, source_of(from)};
     } else {
-      self.outbox_.say(Severity::kWarning, Sentence("Estimator: pose dropped (frame ", int{m.frame}, ")").text());
+      self.outbox_.say(Severity::kWarning, Sentence("Command: pose dropped (frame ", int{m.frame}, ")").text());
     }
   }
   void operator()(const link::PositionTarget&) const {

@@ -111,4 +111,4 @@ def test_a_pose_in_a_frame_that_is_not_understood_is_dropped_and_said() -> None:
     out = autopilot.step(world.gyro, world.accelerometer, rx=rx, link=1)
     parser = _dialect.MAVLink(None)
     heard = [m for _, _, frame in out.tx for m in parser.parse_buffer(bytes(frame)) or []]
-    assert "Estimator: pose dropped (frame 12)" in [m.text for m in heard if m.get_type() == "STATUSTEXT"]
+    assert "Command: pose dropped (frame 12)" in [m.text for m in heard if m.get_type() == "STATUSTEXT"]
