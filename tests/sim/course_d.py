@@ -72,6 +72,6 @@ def summary(name: str, flown: list[Flown]) -> str:
     miss = np.array([f.miss_m for f in flown])
     return (
         f"{name}: {sum(f.complete for f in flown)} of {len(flown)} complete, waypoint miss median "
-        f"{np.median(miss):.3f}, 95 % {np.quantile(miss, 0.95):.3f}, worst {miss.max():.3f} m; never farther from the plan than "
-        f"{max(f.worst_m for f in flown):.3f} m"
+        f"{np.median(miss):.3f}, 95 % {np.quantile(miss, 0.95):.3f}, worst {miss.max():.3f} m; "
+        f"never farther from the plan than {max(f.worst_m for f in flown):.3f} m"
     )
