@@ -8,17 +8,24 @@
 #include <cstddef>
 #include <vector>
 
+#include "pack.hpp"
+
 namespace halfroll::planner {
 
 /// B unknowns and B equations a node, R right-hand sides at once.
 template <int B, int R>
 class BlockTridiagonal {
  public:
-  /// Equations of a node against the unknowns of the node before, its own and the one after, then right-hand sides.
-  using Rows = Eigen::Matrix<double, B, 3 * B + R, Eigen::RowMajor>;
+  static constexpr int kWidth = (3 * B + R + Pack::kWidth - 1) / Pack::kWidth * Pack::kWidth;
+  /// Equations of a node against the unknowns of the node before, its own and the one after, then right-hand sides
+  /// from column 3 B on.
+  using Rows = Eigen::Matrix<double, B, kWidth, Eigen::RowMajor>;
   using Unknowns = Eigen::Matrix<double, B, R, Eigen::RowMajor>;
 
-  explicit BlockTridiagonal(int nodes) { eliminated_.reserve(nodes); }
+  explicit BlockTridiagonal(int nodes) : eliminated_(kept()) {
+    eliminated_.clear();
+    eliminated_.reserve(nodes);
+  }
 
   /// The equations of the next node; what they say of nodes that do not exist must be zero. No entry should
   /// be much larger than 1. False if singular.
@@ -47,7 +54,7 @@ class BlockTridiagonal {
     Unknowns next = Unknowns::Zero(), after = Unknowns::Zero();
     for (int k = static_cast<int>(eliminated_.size()) - 1; k >= 0; --k) {
       const Rows& u = eliminated_[k];
-      Unknowns x = u.template rightCols<R>();
+      Unknowns x = u.template middleCols<R>(3 * B);
       x.noalias() -= u.template middleCols<B>(B) * next;
       x.noalias() -= u.template middleCols<B>(2 * B) * after;
       for (int i = B - 1; i >= 0; --i) {
@@ -61,7 +68,7 @@ class BlockTridiagonal {
     return true;
   }
 
-  std::size_t bytes() const { return eliminated_.capacity() * sizeof(Rows); }
+  std::size_t bytes() const { return eliminated_.size() * sizeof(Rows); }
 
  private:
   static constexpr double kSingular = 1e-10;  // where no entry is much larger than 1
@@ -76,14 +83,25 @@ class BlockTridiagonal {
       if (!(std::abs(window_(pivot, j)) > kSingular)) return false;
       if (pivot != j) window_.row(j).swap(window_.row(pivot));
       const double inverse = window_(j, j) = 1.0 / window_(j, j);
-      for (int i = j + 1; i < rows; ++i) window_.row(i) -= (window_(i, j) * inverse) * window_.row(j);
+      const double* from = &window_(j, 0);
+      for (int i = j + 1; i < rows; ++i) {
+        const Pack factor = splat(-window_(i, j) * inverse);
+        double* to = &window_(i, 0);
+        for (int c = 0; c < kWidth; c += Pack::kWidth) store(to + c, load(to + c) + factor * load(from + c));
+      }
     }
     return true;
   }
 
+  /// Memory stays between solves: to get new pages from the system would take as long as the elimination.
+  static std::vector<Rows>& kept() {
+    static thread_local std::vector<Rows> rows;
+    return rows;
+  }
+
   bool first_ = true;
-  Eigen::Matrix<double, 2 * B, 3 * B + R, Eigen::RowMajor> window_;
-  std::vector<Rows> eliminated_;
+  Eigen::Matrix<double, 2 * B, kWidth, Eigen::RowMajor> window_;
+  std::vector<Rows>& eliminated_;
 };
 
 }  // namespace halfroll::planner

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <type_traits>
 #include <utility>
 
 #include "block_tridiagonal.hpp"
+#include "pack.hpp"
 
 namespace halfroll::planner {
 namespace {
@@ -52,13 +52,6 @@ const Tables& tables() {
   static const Tables made;
   return made;
 }
-
-/// What a node is unknown in, or asked for: 0..4 are its derivatives, 5..9 the jumps of derivatives 5..9 there.
-struct Slots {
-  int count = 0;
-  std::array<std::int8_t, 2 * kGiven> at;
-  void add(int slot) { at[count++] = static_cast<std::int8_t>(slot); }
-};
 
 /// Of time at a node, from the shorter piece beside it: costs go with odd powers of time.
 struct Units {
@@ -172,28 +165,19 @@ Ends both(const Node& start, const Node& end) {
 
 }  // namespace
 
-struct ClosedForm::Layout {
-  std::array<bool, kAxes> axes{};
-  std::vector<Slots> unknowns, equations, given;  // of each node
-  int block = 0;                                  // the most unknowns of a node
-};
-
 ClosedForm::ClosedForm(std::vector<Node> given, std::vector<double> durations, int continuity)
-    : given_(std::move(given)), durations_(std::move(durations)), continuity_(continuity), values_(given_) {
+    : durations_(std::move(durations)), continuity_(continuity), values_(std::move(given)), layouts_(layouts()) {
   if (continuity_ < kPaper) multipliers_.assign(values_.size(), Node::Zero());
-  for (const Layout& layout : layouts()) {
-    const bool solved = layout.block == 0   ? true
-                        : layout.block <= 4 ? solve<4>(layout)
-                        : layout.block <= 5 ? solve<5>(layout)
-                                            : solve<8>(layout);
-    if (!solved) return;
+  for (const Layout& layout : layouts_) {
+    if (layout.block == 0) continue;
+    if (!(layout.block <= 4 ? solve_4(layout) : layout.block <= 5 ? solve_5(layout) : solve_8(layout))) return;
   }
 }
 
 std::vector<ClosedForm::Layout> ClosedForm::layouts() const {
   const int last = pieces();
   const auto alike = [&](int a, int b) {
-    for (const Node& node : given_) {
+    for (const Node& node : values_) {
       for (int d = 0; d < kGiven; ++d) {
         if (std::isnan(node(d, a)) != std::isnan(node(d, b))) return false;
       }
@@ -214,7 +198,7 @@ std::vector<ClosedForm::Layout> ClosedForm::layouts() const {
     for (int k = 0; k <= last; ++k) {
       const bool end = k == 0 || k == last;
       Slots &unknowns = layout.unknowns[k], &equations = layout.equations[k], &fixed = layout.given[k];
-      for (int d = 0; d < kGiven; ++d) (std::isnan(given_[k](d, a)) ? unknowns : fixed).add(d);
+      for (int d = 0; d < kGiven; ++d) (std::isnan(values_[k](d, a)) ? unknowns : fixed).add(d);
       if (continuity_ == kPaper) {
         for (int j = 0; j < unknowns.count; ++j) equations.add(end ? kOrder - 1 - unknowns.at[j] : kGiven + j);
       } else {
@@ -259,7 +243,7 @@ bool eliminate(BlockTridiagonal<B, kAxes>& system, const std::vector<Slots>& dow
       add(rows, piece, k, 0, k + 1, 1);
       add(next, piece, k + 1, 1, k, 0);
       add(next, piece, k + 1, 1, k + 1, 1);
-      right_hand_side(piece, k, rows.template rightCols<kAxes>(), next.template rightCols<kAxes>());
+      right_hand_side(piece, k, rows.template middleCols<kAxes>(3 * B), next.template middleCols<kAxes>(3 * B));
     }
     for (int i = down[k].count; i < B; ++i) rows(i, B + i) = 1.0;  // nothing to find
     if (!system.push(rows)) {
@@ -284,7 +268,7 @@ bool ClosedForm::solve(const Layout& layout) {
       const std::array<double, kGiven> unit = units[k + e].of_derivatives();
       for (int g = 0; g < fixed.count; ++g) {
         const int d = fixed.at[g];
-        const Eigen::Matrix<double, 1, kAxes> x = unit[d] * given_[k + e].row(d);
+        const Eigen::Matrix<double, 1, kAxes> x = unit[d] * values_[k + e].row(d);
         for (int i = 0; i < layout.equations[k].count; ++i) {
           start.row(i) -= piece.row(0, layout.equations[k].at[i])[e * kGiven + d] * x;
         }
@@ -320,6 +304,10 @@ bool ClosedForm::solve(const Layout& layout) {
   return true;
 }
 
+HALFROLL_WIDE bool ClosedForm::solve_4(const Layout& layout) { return solve<4>(layout); }
+HALFROLL_WIDE bool ClosedForm::solve_5(const Layout& layout) { return solve<5>(layout); }
+HALFROLL_WIDE bool ClosedForm::solve_8(const Layout& layout) { return solve<8>(layout); }
+
 Coefficients ClosedForm::coefficients(int piece) const {
   static const Eigen::Matrix<double, kOrder, kOrder, Eigen::RowMajor> hermite = hermite_matrix();
   Coefficients z;
@@ -346,7 +334,7 @@ ClosedForm::Slopes ClosedForm::slopes(const std::vector<Coefficients>& cost) con
   // The multipliers l of the equations: W' l = slope over the unknowns, by the same elimination with the roles
   // exchanged.
   std::vector<Node> l_derivatives(last + 1, Node::Zero()), l_jumps(last + 1, Node::Zero());
-  for (const Layout& layout : layouts()) {
+  for (const Layout& layout : layouts_) {
     const auto adjoint = [&](auto block) {
       constexpr int B = decltype(block)::value;
       BlockTridiagonal<B, kAxes> system(last + 1);
@@ -397,7 +385,16 @@ ClosedForm::Slopes ClosedForm::slopes(const std::vector<Coefficients>& cost) con
     out.given[k + 1] += by_x.bottomRows<kGiven>();
   }
   for (int k = 0; k <= last; ++k) {
-    out.given[k] = given_[k].array().isNaN().select(0.0, in_units(out.given[k], units[k]).array());
+    const Node all = in_units(out.given[k], units[k]);
+    out.given[k].setZero();
+    for (const Layout& layout : layouts_) {
+      for (int g = 0; g < layout.given[k].count; ++g) {
+        const int d = layout.given[k].at[g];
+        for (int a = 0; a < kAxes; ++a) {
+          if (layout.axes[a]) out.given[k](d, a) = all(d, a);
+        }
+      }
+    }
   }
   return out;
 }

@@ -8,13 +8,22 @@
 // everywhere, this is also the path of least crackle (the integral of the squared 5th derivative). With continuity 4..7
 // derivatives above it may jump, and what that leaves open makes the integral of the squared snap least.
 #pragma once
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "certificate.hpp"
 #include "trajectory.hpp"
 
 namespace halfroll::planner {
+
+/// What a node is unknown in, or asked for: 0..4 are its derivatives, 5..9 the jumps of derivatives 5..9 there.
+struct Slots {
+  int count = 0;
+  std::array<std::int8_t, 2 * kGiven> at;
+  void add(int slot) { at[count++] = static_cast<std::int8_t>(slot); }
+};
 
 class ClosedForm {
  public:
@@ -39,18 +48,23 @@ class ClosedForm {
   Slopes slopes(const std::vector<Coefficients>& cost) const;
 
  private:
-  struct Layout;
-  /// Axes with the same derivatives given share one elimination.
+  struct Layout {  // of axes with the same derivatives given, which share one elimination
+    std::array<bool, kAxes> axes{};
+    std::vector<Slots> unknowns, equations, given;  // of each node
+    int block = 0;                                  // the most unknowns of a node
+  };
   std::vector<Layout> layouts() const;
   template <int B>
   bool solve(const Layout& layout);
+  bool solve_4(const Layout& layout);
+  bool solve_5(const Layout& layout);
+  bool solve_8(const Layout& layout);
 
-  std::vector<Node> given_;
   std::vector<double> durations_;
   int continuity_;
-  std::vector<Node> values_;  // all derivatives
-  std::vector<Node>
-      multipliers_;  // of the jumps of derivatives 5..9, in units of their own; only with continuity below 8
+  std::vector<Node> values_;  // all derivatives; before, NaN where free
+  std::vector<Layout> layouts_;
+  std::vector<Node> multipliers_;  // of the jumps of derivatives 5..9, in units of their own; continuity below 8
   int stuck_ = -1;
   std::size_t bytes_ = 0;
 };

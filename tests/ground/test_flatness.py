@@ -175,8 +175,8 @@ def test_rotor_slopes_are_the_differences_of_rotor_thrusts(case):
 
 @pytest.mark.parametrize("case", [free_fall_flip, backflip, path_with_yaw])
 def test_the_firmware_s_outer_loop_and_attitude_law_ask_for_the_same_rotor_thrusts(case):
-    """On the path, without leads or errors, both are the inverse dynamics; single precision. The angular acceleration is
-    the path's: no setpoint carries it."""
+    """On the path, without leads or errors, both are the inverse dynamics; single precision. The angular acceleration
+    is the path's: no setpoint carries it."""
     path, flips = case()
     setup = _firmware.vehicle_setup("mit-vp")
     params = setup.params.copy()
