@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from halfroll import _planner as kernel
 from halfroll import corridor
 from halfroll.errors import InfeasibleSegment
+from halfroll.flatness import kernel_vehicle
 from halfroll.limits import Limits
 from halfroll.minimum_time import Stretch
 from halfroll.mission import Fence, Yaw
 from halfroll.plan import CourseNode, stretch_of
-from halfroll.vehicle import GRAVITY, Vehicle
+from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -85,7 +86,7 @@ class Setup:
     def constraints(self, limits: Limits) -> kernel.Constraints:
         walls = max(len(piece.walls) for piece in self.pieces)
         return kernel.Constraints(
-            _kernel_vehicle(self.vehicle),
+            kernel_vehicle(self.vehicle),
             _kernel_limits(limits, self.vehicle, self.yaw, self.vertical),
             bool(np.isfinite(self.fastest).any()),
             walls,
@@ -121,16 +122,6 @@ def _spared(limits: Limits, points: Sequence[CourseNode]) -> Limits:
     if limits.ceiling is not None and max(heights) > limits.ceiling - _NODE_SPARE:
         limits = replace(limits, ceiling=limits.ceiling + _NODE_SPARE)
     return limits
-
-
-def _kernel_vehicle(vehicle: Vehicle) -> kernel.Vehicle:
-    return kernel.Vehicle(
-        mass=vehicle.mass_kg,
-        inertia=list(vehicle.inertia_kg_m2),
-        arm=vehicle.arm_m,
-        yaw_coefficient=vehicle.yaw_coefficient_m,
-        gravity=GRAVITY,
-    )
 
 
 def _kernel_limits(limits: Limits, vehicle: Vehicle, yaw: Yaw, vertical: bool) -> kernel.Limits:
