@@ -31,7 +31,7 @@ TEST_CASE("a block-tridiagonal system has the solution of the dense one, singula
     for (int other = std::max(0, k - 1); other <= std::min(kNodes - 1, k + 1); ++other) {
       dense.block<kB, kB>(kB * k, kB * other) = rows.middleCols<kB>(kB * (other - k + 1));
     }
-    right.middleRows<kB>(kB * k) = rows.rightCols<kR>();
+    right.middleRows<kB>(kB * k) = rows.middleCols<kR>(3 * kB);
     REQUIRE(system.push(rows));
   }
   const Eigen::MatrixXd expected = dense.fullPivLu().solve(right);
