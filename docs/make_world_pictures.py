@@ -36,7 +36,7 @@ def settling() -> None:
     from settling import settling_times
 
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
-    for vehicle in ("mit-vp", "mit-fp"):
+    for vehicle in ("mit-vp", "race-5in"):
         times = settling_times(10_000, vehicle)
         label = f"{vehicle}: {np.isfinite(times).sum()} of {len(times)}, worst {np.nanmax(times):.2f} s"
         axes.hist(times[np.isfinite(times)], bins=np.arange(0, 4, 0.05), histtype="step", label=label)

@@ -16,7 +16,8 @@ PIECE_MS, CALM_MS, LONGEST_S = 1000, 400, 10
 
 def settling_times(runs: int, vehicle: str = "mit-vp", seed: int = 7) -> NDArray[np.float64]:
     """(runs,) time after which the attitude error stays below 2 degrees [s], NaN where it does not within 10 s. Rotors
-    with their lags and limits; attitudes uniform over all, rates uniform in the ball of 10 rad/s, no thrust wanted."""
+    with their lags and limits; attitudes uniform over all, rates uniform in the ball of 10 rad/s; no thrust wanted of
+    rotors that push both ways, the weight of others."""
     setup = _firmware.vehicle_setup(vehicle)
     world = _firmware.World(setup.plant, "ideal", 0)
     rng = np.random.default_rng(seed)
@@ -24,7 +25,8 @@ def settling_times(runs: int, vehicle: str = "mit-vp", seed: int = 7) -> NDArray
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     w = rng.normal(size=(runs, 3))
     w *= (RATE_MOST * rng.uniform(size=(runs, 1)) ** (1 / 3)) / np.linalg.norm(w, axis=1, keepdims=True)
-    thrust = 4.0 * max(setup.plant.thrust_min, 0.0)
+    push_both_ways = setup.plant.thrust_min < 0.0
+    thrust = 0.0 if push_both_ways else setup.plant.mass * setup.plant.gravity  # one-way rotors need some to turn with
     times = np.full(runs, np.nan)
     for i in range(runs):
         world.place([0.0, 0.0, 1000.0], [0.0, 0.0, 0.0], q[i], w[i], [thrust / 4.0] * 4)

@@ -22,6 +22,6 @@ def test_the_attitude_loop_converges_from_random_attitudes_and_rates():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("vehicle", ["mit-vp", "mit-fp", "race-5in"])
+@pytest.mark.parametrize("vehicle", ["mit-vp", "race-5in"])
 def test_the_attitude_loop_converges_from_ten_thousand_random_attitudes_and_rates(vehicle):
     converges(10_000, vehicle)
