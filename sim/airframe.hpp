@@ -79,8 +79,9 @@ inline Load felt_load(const Model& model, const Surroundings& around, const Cont
   Load sum;
   double thrust = rotors.thrust;
   sum.torque_B = rotors.torque_B;
-  if (model.scenario.effects.ground_effect && thrust > 0.0 && up_W.z() > 0.0) {
-    const double gain = ground_effect(plant.rotor_radius, body.p_WB.z() - ground_z(plant));
+  const double height = body.p_WB.z() - model.ground;
+  if (model.scenario.effects.ground_effect && height < 5.0 * plant.rotor_radius && thrust > 0.0 && up_W.z() > 0.0) {
+    const double gain = ground_effect(plant.rotor_radius, height);
     const double share = 1.0 + (gain - 1.0) * up_W.z();
     thrust *= share;
     sum.torque_B *= share;

@@ -46,6 +46,7 @@ Model::Model(const Plant& given, const Scenario& in)
       rotors(plant),
       wind(in.wind),
       air_moves_blades(plant.rotor_inflow_N_s_m > 0.0 || plant.rotor_drag_N_s_m > 0.0),
+      ground(ground_z(plant)),
       spin(plant.rotor_inertia * plant.rotor_speed_rad_s),
       hover_power(plant.battery_full_V > 0.0 ? power_per_thrust(plant) : 0.0),
       has_faults(std::any_of(in.faults.begin(), in.faults.end(),

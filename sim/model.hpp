@@ -1,6 +1,7 @@
 // A Plant in a Scenario, worked out once. Why: what a step multiplies by is divided, rooted and summed up here, and
 // effects that are off have numbers that are 0, so the physics asks for no names.
 #pragma once
+#include "sim/contact.hpp"
 #include "sim/plant.hpp"
 #include "sim/rigid_body.hpp"
 #include "sim/rotors.hpp"
@@ -20,6 +21,7 @@ struct Model {
   RotorModel rotors;
   WindModel wind;
   bool air_moves_blades;     // inflow or rotor drag
+  double ground;             // [m], height of the ground in W
   double spin = 0.0;         // [N·m·s], angular momentum of one rotor at nominal speed
   double hover_power = 0.0;  // [W/N^1.5], electrical power of a rotor per thrust^1.5; 0: no battery
   bool has_faults = false;

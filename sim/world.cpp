@@ -18,7 +18,7 @@ Surroundings surroundings(const Model& model, const World& world) {
   around.wind_W = world.wind.velocity_W;
   if (model.air_moves_blades) around.blades = blade_sums(model, world.rotors.speed);
   if (model.spin > 0.0) around.spin = spin_of(model, world.rotors.speed);
-  around.near_ground = near_ground(model.plant, world.body);
+  around.near_ground = near_ground(model.plant, model.ground, world.body);
   return around;
 }
 
