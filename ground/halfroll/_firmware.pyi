@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Autopilot', 'Estimate', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'free_rotation', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'vehicle_setup']
+__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'free_rotation', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'vehicle_setup']
 class RotorKind:
     """
     Members:
@@ -160,7 +160,7 @@ class PoseFix:
     """
     A pose from outside, sampled at t_us.
     """
-    def __init__(self, t_us: typing.SupportsInt | typing.SupportsIndex, p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> None:
+    def __init__(self, t_us: typing.SupportsInt | typing.SupportsIndex, p_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], *, position_deviation: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ..., attitude_deviation: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"] = ...) -> None:
         ...
     @property
     def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
@@ -171,15 +171,74 @@ class PoseFix:
     @property
     def t_us(self) -> int:
         ...
+class Aiding:
+    """
+    What keeps an estimate from drifting.
+    
+    Members:
+    
+      NONE
+    
+      POSE
+    
+      SATELLITES
+    """
+    NONE: typing.ClassVar[Aiding]
+    POSE: typing.ClassVar[Aiding]
+    SATELLITES: typing.ClassVar[Aiding]
+    __members__: typing.ClassVar[dict[str, Aiding]]
+    @typing.overload
+    def __eq__(self, other: Aiding) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Aiding) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
 class Estimate:
     """
     What the autopilot believes of its motion.
     """
     @property
+    def aiding(self) -> Aiding:
+        ...
+    @property
+    def attitude_deviation(self) -> float:
+        ...
+    @property
     def attitude_valid(self) -> bool:
         ...
     @property
     def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def position_deviation(self) -> float:
         ...
     @property
     def position_valid(self) -> bool:
@@ -188,7 +247,13 @@ class Estimate:
     def q_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
         ...
     @property
+    def resets(self) -> int:
+        ...
+    @property
     def v_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def velocity_deviation(self) -> float:
         ...
     @property
     def w_WB_B(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
@@ -246,6 +311,33 @@ class OuterLoop:
         """
         State (when sampled), the plan at the sample and now, and the plan's leads -> Setpoint.
         """
+class Estimator:
+    """
+    The estimator of the firmware; its first step is at time 0.
+    """
+    def __init__(self, params: Params) -> None:
+        ...
+    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, flying: bool = True) -> Estimate:
+        """
+        Advance 1 ms: gyro [rad/s], accelerometer [m/s^2], perhaps a pose -> Estimate.
+        """
+    @property
+    def accelerometer_bias(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[15, 15]"]:
+        """
+        (15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and after a measurement it is that of now.
+        """
+    @property
+    def gyro_bias(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+        ...
+    @property
+    def rejected(self) -> int:
+        ...
+    @property
+    def used(self) -> int:
+        ...
 class Plant:
     """
     The simulated vehicle, SI.

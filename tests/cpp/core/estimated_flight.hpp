@@ -57,7 +57,7 @@ class Flight {
   halfroll::Estimator estimator;
   halfroll::Estimate estimate;
   int k = 0;
-  bool frozen = false;                  // the tracker repeats its last pose with fresh stamps
+  bool frozen = false;                            // the tracker repeats its last pose with fresh stamps
   halfroll::Vec3 shift = halfroll::Vec3::Zero();  // of the tracker's origin
 
   void step() {
