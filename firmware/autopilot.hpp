@@ -5,16 +5,21 @@
 
 #include "core/arming.hpp"
 #include "core/estimator.hpp"
+#include "core/failsafes.hpp"
 #include "core/landing.hpp"
+#include "core/manoeuvre.hpp"
 #include "core/mission_runner.hpp"
 #include "core/modes.hpp"
 #include "core/offboard.hpp"
 #include "core/outer_loop.hpp"
 #include "core/pose_source.hpp"
 #include "core/rotor.hpp"
+#include "core/rotor_monitor.hpp"
 #include "link/commands.hpp"
+#include "link/link_counters.hpp"
 #include "link/missions.hpp"
 #include "link/params.hpp"
+#include "link/signing.hpp"
 #include "link/streams.hpp"
 
 namespace halfroll {
@@ -57,10 +62,10 @@ struct Boot {
   double origin_lat_deg = 47.397742, origin_lon_deg = 8.545594;  // local origin (WGS84)
   double origin_alt_m = 488.0;                                   // above mean sea level
   bool px4_identity = false;
-  const std::uint8_t* stored_params = nullptr;
-  std::size_t stored_params_size = 0;
-  const std::uint8_t* stored_mission = nullptr;
-  std::size_t stored_mission_size = 0;
+  std::uint64_t unix_us_at_wall_0 = 0;  // the time of day when wall_us was 0; 0 if nobody knows
+  std::array<link::SigningPolicy, link::kLinkCount> signing_policies = {};
+  std::optional<link::SigningKey> signing_key;
+  link::StoredImage params, mission, signing;  // read only while booting
 };
 
 /// One vehicle's firmware. A value: copying it copies the whole autopilot; equal states fly equal flights.
@@ -92,8 +97,24 @@ class Autopilot : private MissionItems {
  private:
   static constexpr bool kAloud = true, kQuietly = false;  // whether a refusal may say more by STATUSTEXT
 
-  // autopilot.cpp: flight
+  // autopilot.cpp: the loop, modes
   void navigate();
+  bool wants_to_fly() const;
+  bool imu_healthy() const;
+  void disarm();
+  void enter(Mode mode, Requester who);
+  void set_home(const Vec3& position);
+  Vec3 home_position() const;
+
+  // autopilot_failsafes.cpp
+  FailsafeInputs failsafe_inputs() const;
+  void watch();
+  void fail_safe(const FailsafeRow& row);
+  void announce(const FailsafeRow& row, FailsafeAction action);
+  void terminate();
+  bool hold_before_unflyable_item(const FollowerTarget& target);
+
+  // autopilot_flight.cpp
   void stand_by();
   void fly_to(const FollowerTarget& target);
   void descend(FollowerTarget target);
@@ -101,33 +122,31 @@ class Autopilot : private MissionItems {
   void fly_return();
   void fly_offboard();
   void follow_link();
+  void fly_position();
   void land_without_position();
   void restart_follower();
-  bool wants_to_fly() const;
-  void watch();
-  void disarm();
-  void enter(Mode mode, Requester who);
-  void fail_safe(Mode mode, const char* words);
-  void set_home(const Vec3& position);
   void report_reached();
-  Vec3 home_position() const;
   FollowerTarget hold_target() const;
   void hold();
   void hold_at(Vec3 position);
+  void turn_over(BodyAxis axis, float turns);
+  void fly_manoeuvre();
   void fly_reference();
 
   // autopilot_link.cpp: bytes in and out
-  void exchange(const LinkInputs& in);
+  void exchange(const LinkInputs& in, std::size_t most_bytes);
   LinkOutputs finish(const LinkInputs& in);
   void receive(const link::Received& received, std::uint64_t wall_us);
   void receive_command(const link::Command& command, const link::Header& header, std::uint64_t wall_us);
   link::CommandResult change_mode(Mode mode, Requester who);
   const char* mission_problem(bool aloud);
+  const char* judge_mission(bool aloud);
   ModeContext mode_context() const;
   float patience(link::Endpoint client) const;
   link::MissionSituation mission_situation() const;
   MissionState mission_state() const;
   link::VehicleStatus status() const;
+  void say_boot_faults();
   const char* refuse_to_arm(bool forced, bool aloud);
   link::CommandResult apply(const link::Wish& wish, const link::Header& header, std::uint64_t wall_us);
   struct Dispatch;  // one overload per kind of message
@@ -147,6 +166,7 @@ class Autopilot : private MissionItems {
   std::uint64_t t_us_ = 0;
 
   Imu imu_;
+  std::optional<std::uint64_t> imu_failed_us_;  // last sample that was no number
   Battery battery_;
   PoseSource pose_source_;
   std::optional<LinkedPose> linked_pose_;  // the last that came since the step before
@@ -162,7 +182,9 @@ class Autopilot : private MissionItems {
   bool entered_by_ground_station_ = false;
   float idle_s_ = 0.F;                   // on the ground with nothing to fly
   std::uint64_t failsafe_until_us_ = 0;  // system status critical till then
-  bool battery_low_said_ = false;
+  Failsafes failsafes_;
+  RotorMonitor rotor_monitor_;
+  std::optional<std::uint64_t> ground_heard_us_;  // last heartbeat of a ground control station or of component 191
   bool position_was_valid_ = false;
   std::uint8_t position_resets_ = 0;
   bool prearm_checks_pass_ = false;
@@ -170,7 +192,9 @@ class Autopilot : private MissionItems {
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
-  bool stopping_ = false;        // on the way to rest; hold_position_ is where that will be
+  bool stopping_ = false;  // on the way to rest; hold_position_ is where that will be
+  Manoeuvre manoeuvre_;
+  bool inverted_ = false;        // HOLD is, or after the manoeuvre will be, upside down
   float takeoff_height_ = 2.5F;  // above home [m]
   bool return_climbing_ = false;
   MissionRunner runner_;
@@ -198,10 +222,19 @@ class Autopilot : private MissionItems {
   std::optional<Owed> owed_;  // to whom asked for parameters to be stored, once they are
   link::MissionService missions_;
   link::Streams streams_;
+  link::Signing signing_;
+  std::uint64_t unix_us_at_wall_0_ = 0, unix_us_at_boot_ = 0;
   link::Outbox outbox_;
   std::array<std::uint16_t, link::kLinkCount> keeps_our_time_ = {};  // a bit per endpoint that has sent TIMESYNC
+  std::array<link::LinkCounters, link::kLinkCount> counters_ = {};
   bool params_damaged_ = false;
+  link::StoredState params_state_ = link::StoredState::kNothing, mission_state_at_boot_ = link::StoredState::kNothing;
+  bool boot_faults_said_ = false;
   bool shut_down_ = false, reboot_ = false;
+  /// What the verdict on the stored mission hangs on: revision, home, origin and parameters.
+  using MissionDatum = std::tuple<std::uint32_t, Vec3, link::Origin, float, float, float, float>;
+  std::optional<MissionDatum> mission_judged_at_;
+  bool mission_flyable_ = false;
   link::Text<50> problem_;  // of the stored mission, in words
   std::int64_t time_asked_ns_ = -1;
   bool time_answered_ = true;

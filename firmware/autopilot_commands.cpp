@@ -11,6 +11,7 @@ using link::CommandResult;
 using link::Sentence;
 using link::Severity;
 
+constexpr float kHoveringSpeed = 0.5F;                           // [m/s]
 constexpr float kRepositionFarthest = 10e3F;                     // [m]
 constexpr float kTakeoffLowest = 0.5F, kTakeoffHighest = 500.F;  // [m] above home
 
@@ -30,9 +31,20 @@ struct Autopilot::Applying {
                                  kNo = CommandResult::kDenied;
 
   bool flying() const { return self.armed_ && !self.landed_.on_ground(); }
-  CommandResult not_now(const char* why) const {
-    self.outbox_.say(Severity::kWarning, Sentence("Command: ", why).text());
+  template <class... Parts>
+  CommandResult not_now(Parts... why) const {
+    self.outbox_.say(Severity::kWarning, Sentence("Command: ", why...).text());
     return kNotNow;
+  }
+  float height() const { return self.estimate_.p_WB.z() - self.home_position().z(); }
+
+  /// Why the body cannot be turned over here and now, or nullptr. Fixed-pitch rotors push one way only.
+  const char* cannot_turn_over() const {
+    if (self.vehicle_.rotor_kind == RotorKind::kFixedPitch) return "rotors of fixed pitch cannot fly inverted";
+    if (!flying() || self.mode_ != Mode::kHold) return "only while holding";
+    if (self.manoeuvre_.active()) return "another manoeuvre is flown";
+    if (self.stopping_ || self.estimate_.v_WB.norm() > kHoveringSpeed) return "not hovering yet";
+    return nullptr;
   }
 
   CommandResult operator()(const CommandResult& result) const { return result; }
@@ -106,7 +118,9 @@ struct Autopilot::Applying {
     Vec3 to = self.estimate_.p_WB;
     if (w.has_position) to.head<2>() = w.position.head<2>();
     if (w.has_height) to.z() = w.position.z();
+    if (self.manoeuvre_.active()) return not_now("a manoeuvre is flown");
     const Vec3 from_home = to - self.home_position();
+    if (self.inverted_ && from_home.z() < self.params_.inverted_height_min) return not_now("inverted, too low");
     if (from_home.norm() > kRepositionFarthest || from_home.z() < 0.F) return kNo;
     const CommandResult result = self.change_mode(Mode::kHold, requester(header));
     if (result != kDone) return result;
@@ -121,6 +135,7 @@ struct Autopilot::Applying {
   }
   CommandResult operator()(const link::YawWish& w) const {
     if (!flying() || self.mode_ != Mode::kHold) return not_now("yaw only while holding");
+    if (self.inverted_ || self.manoeuvre_.active()) return not_now("yaw only while upright");
     self.hold_yaw_ = w.relative ? self.hold_yaw_ + w.yaw : w.yaw;
     return kDone;
   }
@@ -167,6 +182,10 @@ struct Autopilot::Applying {
       self.param_service_.reset(self.params_, wall_us);
     }
     if (w.kind == Kind::kReload && self.armed_) return not_now("armed, parameters kept");
+    if (w.kind == Kind::kSave || w.kind == Kind::kReset) {
+      self.params_damaged_ = false;  // a person has seen that they are the defaults, and says that they are right
+      self.param_service_.touch(wall_us);
+    }
     return kDone;  // values are stored within a second of any change, so saving and reloading have nothing left to do
   }
   CommandResult operator()(const link::CalibrationWish&) const { return self.armed_ ? not_now("armed") : kDone; }
@@ -178,15 +197,38 @@ struct Autopilot::Applying {
   }
   CommandResult operator()(const link::TerminationWish& w) const {
     if (!w.terminate) return kDone;
-    self.disarm();
-    self.terminated_ = true;
+    self.terminate();
     self.outbox_.say(Severity::kEmergency, "Failsafe: terminated by command");
     return kDone;
   }
-  CommandResult operator()(const link::InvertedWish&) const {
-    return not_now("inverted hold is not flown on board yet");
+  CommandResult operator()(const link::InvertedWish& w) const {
+    if (flying() && self.mode_ == Mode::kHold && w.inverted == self.inverted_) return kDone;
+    if (const char* why = cannot_turn_over()) return not_now(why);
+    if (w.inverted && height() < self.params_.inverted_height_min) {
+      return not_now("below INV_MIN_ALT, ", static_cast<int>(self.params_.inverted_height_min), " m above home");
+    }
+    self.turn_over(BodyAxis::kRoll, 0.5F);
+    self.inverted_ = w.inverted;
+    return kDone;
   }
-  CommandResult operator()(const link::FlipWish&) const { return not_now("flips are not flown on board yet"); }
+  CommandResult operator()(const link::FlipWish& w) const {
+    if (const char* why = cannot_turn_over()) return not_now(why);
+    if (height() < self.params_.flip_height_min) {
+      return not_now("below FLIP_MIN_ALT, ", static_cast<int>(self.params_.flip_height_min), " m above home");
+    }
+    const float time = Manoeuvre::duration(w.turns, self.vehicle_, self.params_);
+    if (w.longest_time && time > *w.longest_time) {
+      return not_now("the flip takes ", static_cast<int>(std::ceil(time * 1e3F)), " ms");
+    }
+    const float loss = Manoeuvre::height_loss(w.turns);
+    if (w.least_height && height() - loss < *w.least_height) {
+      return not_now("the flip may lose ", static_cast<int>(std::ceil(loss)), " m");
+    }
+    self.turn_over(static_cast<BodyAxis>(w.axis), w.turns);
+    const bool ends_turned_over = std::fmod(std::abs(w.turns), 1.F) != 0.F;
+    self.inverted_ = self.inverted_ != ends_turned_over;
+    return kDone;
+  }
 };
 
 CommandResult Autopilot::apply(const link::Wish& wish, const link::Header& header, std::uint64_t wall_us) {

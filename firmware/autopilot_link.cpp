@@ -1,9 +1,11 @@
 // Bytes in, bytes out: messages to the services they belong to, and the state that telemetry shows.
 #include <cmath>
+#include <limits>
 
 #include "autopilot.hpp"
 #include "core/quaternion.hpp"
 #include "link/echo.hpp"
+#include "link/position_targets.hpp"
 #include "link/sentence.hpp"
 
 namespace halfroll {
@@ -24,15 +26,19 @@ std::uint32_t source_of(const link::Header& h) {
 }  // namespace
 
 LinkOutputs Autopilot::service(const LinkInputs& in) {
-  exchange(in);
+  exchange(in, std::numeric_limits<std::size_t>::max());
   missions_.step(mission_situation(), outbox_);
-  streams_.service(in.wall_us, status(), outbox_);
+  const link::VehicleStatus now = status();
+  streams_.service(in.wall_us, now, outbox_);
+  streams_.show_changes(now, outbox_);
   return finish(in);
 }
 
-void Autopilot::exchange(const LinkInputs& in) {
+/// At most so many bytes of each link: the shell offers no more, but the loop relies on nobody.
+void Autopilot::exchange(const LinkInputs& in, std::size_t most_bytes) {
   outbox_.begin(static_cast<std::uint8_t>(params_.system_id), t_us_);
   if (in.stored.slot == link::StorageSlot::kMission) missions_.stored(in.stored.ok, mission_situation(), outbox_);
+  if (in.stored.slot == link::StorageSlot::kSigning) signing_.stored(in.stored.ok);
   if (in.stored.slot == link::StorageSlot::kParams) {
     param_service_.stored(in.stored.ok, in.wall_us, outbox_);
     if (owed_) {
@@ -41,10 +47,26 @@ void Autopilot::exchange(const LinkInputs& in) {
       owed_.reset();
     }
   }
+  std::array<std::size_t, link::kLinkCount> left;
+  left.fill(most_bytes);
   for (std::size_t i = 0; i < in.rx_count; ++i) {
     const link::Datagram& datagram = in.rx[i];
-    link::Parser& parser = parsers_[datagram.from.link % link::kLinkCount][datagram.from.slot % 9U];
-    parser.parse(datagram, [&](const link::Received& received) { receive(received, in.wall_us); });
+    const std::size_t index = datagram.from.link % link::kLinkCount;
+    link::LinkCounters& counters = counters_[index];
+    if (datagram.size > left[index]) {
+      left[index] = 0;
+      counters.passed_over(datagram.size);
+      continue;
+    }
+    left[index] -= datagram.size;
+    link::Parser& parser = parsers_[index][datagram.from.slot % 9U];
+    const std::uint32_t bad_before = parser.bad_frames();
+    parser.parse(datagram, [&](const link::Received& received) {
+      counters.received(received);
+      if (!signing_.admits(received, in.wall_us)) return counters.refused();
+      receive(received, in.wall_us);
+    });
+    counters.bad(parser.bad_frames() - bad_before);
   }
   if (missions_.revision() != mission_revision_) {
     mission_revision_ = missions_.revision();
@@ -56,13 +78,16 @@ void Autopilot::exchange(const LinkInputs& in) {
 LinkOutputs Autopilot::finish(const LinkInputs& in) {
   param_service_.service(in.wall_us, params_, outbox_);
   missions_.set_current(runner_.current());
-  streams_.show_changes(status(), outbox_);
   if (ask_time_now_) outbox_.send({0, 0}, link::Timesync{0, time_asked_ns_});  // last: what is answered has been sent
   ask_time_now_ = false;
   LinkOutputs out;
   out.store = missions_.take_storage();
   if (out.store.slot == link::StorageSlot::kNone && param_service_.save_due(in.wall_us))
     out.store = param_service_.save(params_);
+  if (out.store.slot == link::StorageSlot::kNone) out.store = signing_.take_storage();
+  for (std::size_t i = 0; i < outbox_.size(); ++i) {
+    signing_.sign(outbox_.frames()[i], in.wall_us);
+  }
   out.tx = outbox_.frames();
   out.tx_count = outbox_.size();
   out.shut_down = shut_down_;
@@ -84,6 +109,16 @@ struct Autopilot::Dispatch {
   std::uint64_t wall_us;
   bool from_ground;
 
+  SetpointOrigin origin(std::uint32_t stamp_ms) const {
+    return {stamp_ms, source_of(from), from_ground, self.patience(from.from)};
+  }
+  template <class S>
+  void take(const S& setpoint) const {
+    const bool active = self.mode_ == Mode::kOffboard;
+    if (const char* why = self.offboard_.accept(setpoint, self.t_us_, active, self.params_)) {
+      self.outbox_.say(Severity::kWarning, Sentence("Offboard: setpoint dropped (", why, ")").text());
+    }
+  }
   void operator()(const link::Command& m) const { self.receive_command(m, from, wall_us); }
   void operator()(const link::SetMode& m) const { self.apply(link::read_set_mode(m), from, wall_us); }
   void operator()(const link::SetGlobalOrigin& m) const { self.apply(link::read_set_origin(m), from, wall_us); }
@@ -103,12 +138,7 @@ struct Autopilot::Dispatch {
     }
   }
   void operator()(const link::SetAttitudeTarget& m) const {
-    const LinkSetpoint setpoint{m.q_WD,         m.w_WD_D,        m.thrust,    m.type_mask,
-                                m.time_boot_ms, source_of(from), from_ground, self.patience(from.from)};
-    const bool active = self.mode_ == Mode::kOffboard;
-    if (const char* why = self.offboard_.accept(setpoint, self.t_us_, active, self.params_)) {
-      self.outbox_.say(Severity::kWarning, Sentence("Offboard: setpoint dropped (", why, ")").text());
-    }
+    take(LinkSetpoint{m.q_WD, m.w_WD_D, m.thrust, m.type_mask, origin(m.time_boot_ms)});
   }
   void operator()(const link::ExternalPose& m) const {
     if (link::is_pose_frame(m.frame)) {
@@ -117,8 +147,12 @@ struct Autopilot::Dispatch {
       self.outbox_.say(Severity::kWarning, Sentence("Command: pose dropped (frame ", int{m.frame}, ")").text());
     }
   }
-  void operator()(const link::PositionTarget&) const {
-    self.outbox_.say(Severity::kWarning, "Offboard: setpoint dropped (position target)");
+  void operator()(const link::PositionTarget& m) const {
+    const link::PositionDatum datum{self.origin_, self.home_position().z(),
+                                    heading_after_levelling(self.estimate_.q_WB)};
+    LinkPositionSetpoint setpoint = link::read_position_target(m, datum);
+    setpoint.origin = origin(m.time_boot_ms);
+    take(setpoint);
   }
   void operator()(const link::Timesync& m) const {
     self.keeps_our_time_[from.from.link % link::kLinkCount] |= static_cast<std::uint16_t>(1U << (from.from.slot % 16U));
@@ -130,7 +164,16 @@ struct Autopilot::Dispatch {
   void operator()(const link::StatusText& m) const {
     if (from_ground) self.outbox_.send(link::kToAll, m);  // the ground station speaks for us
   }
-  void operator()(const link::Heartbeat&) const {}
+  void operator()(const link::Heartbeat& m) const {
+    if (m.type == link::kGroundControlStation) self.ground_heard_us_ = self.t_us_;
+    if (self.ground_heard_us_) self.say_boot_faults();
+  }
+  void operator()(const link::SetupSigning& m) const {
+    if (!self.signing_.may_be_set_up(from.from.link)) return;
+    if (self.armed_) return self.outbox_.say(Severity::kWarning, "Command: armed, signing key kept");
+    self.signing_.set_up(m);
+    self.outbox_.say(Severity::kNotice, "Command: signing key changed");
+  }
   void operator()(const link::Unhandled&) const {}
   // Everything left is mission transfer.
   template <class M>
@@ -143,7 +186,10 @@ void Autopilot::receive(const link::Received& received, std::uint64_t wall_us) {
   const link::Header& header = received.header;
   if (!link::is_for_us(header, static_cast<std::uint8_t>(params_.system_id))) return;
   const bool from_ground = header.sender.component == link::kGroundComponent;
-  if (from_ground) ++ground_frames_;
+  if (from_ground) {
+    ++ground_frames_;
+    ground_heard_us_ = t_us_;  // by any frame: in lockstep its heartbeats follow another clock
+  }
   std::visit(Dispatch{*this, header, mission_situation(), wall_us, from_ground}, received.message);
 }
 
@@ -159,6 +205,23 @@ void Autopilot::receive_command(const link::Command& command, const link::Header
   if (const auto* message = std::get_if<link::MessageWish>(&wish);
       message != nullptr && result == CommandResult::kAccepted) {
     streams_.send_requested(header.from, message->id, message->parameter, status(), outbox_);
+  }
+}
+
+/// Once somebody is there to read it.
+void Autopilot::say_boot_faults() {
+  using State = link::StoredState;
+  if (boot_faults_said_) return;
+  boot_faults_said_ = true;
+  if (params_state_ == State::kLost) outbox_.say(Severity::kCritical, "Params: stored file damaged, defaults in use");
+  if (mission_state_at_boot_ == State::kLost) {
+    outbox_.say(Severity::kCritical, "Mission: stored file damaged, none loaded");
+  }
+  if (params_state_ == State::kOtherCopyDamaged) {
+    outbox_.say(Severity::kWarning, "Params: a copy was damaged, last good one in use");
+  }
+  if (mission_state_at_boot_ == State::kOtherCopyDamaged) {
+    outbox_.say(Severity::kWarning, "Mission: a copy was damaged, last good one in use");
   }
 }
 
@@ -197,13 +260,33 @@ const char* Autopilot::refuse_to_arm(bool forced, bool aloud) {
   c.mode = mode_;
   c.mission_problem = mode_ == Mode::kMission ? mission_problem(aloud) : nullptr;
   c.failsafe_acting = failsafe_until_us_ > t_us_;
+  c.sensors_healthy = imu_healthy();
   c.uploading = missions_.uploading();
   c.params_damaged = params_damaged_;
   return refuse_arming(c, forced);
 }
 
-/// Why the stored mission cannot be flown from here: first position too far, or a height below home or above the limit.
+/// Why the stored mission cannot be flown from here. Quietly it is judged once, until something it hangs on changes: a
+/// long mission takes longer than a step should.
 const char* Autopilot::mission_problem(bool aloud) {
+  const MissionDatum datum{missions_.revision(),
+                           home_position(),
+                           origin_,
+                           params_.mission_first_distance_max,
+                           params_.mission_altitude_max,
+                           params_.takeoff_altitude,
+                           params_.mission_seq0_home};
+  if (aloud || !(mission_judged_at_ == datum)) {
+    const char* why = judge_mission(aloud);
+    mission_flyable_ = why == nullptr;
+    if (!mission_flyable_) problem_ = why;
+    mission_judged_at_ = datum;
+  }
+  return mission_flyable_ ? nullptr : problem_.c_str();
+}
+
+/// First position too far, or a height below home or above the limit.
+const char* Autopilot::judge_mission(bool aloud) {
   if (count() == 0) return "no mission stored";
   const Vec3 home = home_position();
   bool first_position = true;
@@ -253,11 +336,12 @@ MissionState Autopilot::mission_state() const {
 link::VehicleStatus Autopilot::status() const {
   link::VehicleStatus s;
   s.t_us = t_us_;
+  s.epoch_at_boot_us = unix_us_at_boot_;
   s.px4_identity = px4_identity_;
   s.armed = armed_;
   s.mode = static_cast<link::WireMode>(mode_);
   s.intended_mode = static_cast<link::WireMode>(user_mode_);
-  const bool critical = failsafe_until_us_ > t_us_;
+  const bool critical = failsafe_until_us_ > t_us_ || failsafes_.acting(params_);
   s.system_status = terminated_ ? link::SystemStatus::kTerminated
                     : critical  ? link::SystemStatus::kCritical
                     : armed_    ? link::SystemStatus::kActive
@@ -279,7 +363,16 @@ link::VehicleStatus Autopilot::status() const {
   s.battery_voltage = battery_.voltage;
   s.state_of_charge = battery_.state_of_charge;
   s.health.battery = battery_.state_of_charge > params_.battery_critical;
+  s.health.gyro = s.health.accelerometer = imu_healthy();
+  s.health.rotors = failsafes_.faulty_rotor() == 0;
+  s.fence_set = params_.fence_action > 0.F && (params_.fence_distance > 0.F || params_.fence_height > 0.F);
+  s.health.fence = !failsafes_.active(FailsafeCause::kFence);
   s.health.prearm_checks = armed_ || prearm_checks_pass_;
+  for (std::size_t i = 0; i < link::kLinkCount; ++i) {
+    s.links[i] = &counters_[i].totals();
+  }
+  s.setpoints_dropped = offboard_.dropped();
+  s.frames_unsent = outbox_.overflows();
   s.origin = origin_;
   s.home = home_;
   s.mission.current = static_cast<std::uint16_t>(runner_.current());

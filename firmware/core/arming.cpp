@@ -13,6 +13,7 @@ const char* refuse_arming(const ArmingContext& c, bool forced) {
   const Check checks[] = {
       {!c.terminated, true, "terminated"},
       {c.attitude_valid, true, "no attitude"},
+      {c.sensors_healthy, true, "gyro or accelerometer"},
       {c.upright, false, "not upright"},
       {c.still, false, "not still"},
       {c.position_valid, false, "no position"},

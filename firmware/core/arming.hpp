@@ -7,6 +7,7 @@ namespace halfroll {
 struct ArmingContext {
   bool terminated = false;
   bool attitude_valid = false;
+  bool sensors_healthy = true;  // gyro and accelerometer give finite numbers
   bool upright = false;
   bool still = false;
   bool position_valid = false;

@@ -31,7 +31,6 @@ float square(float x) { return x * x; }
 Vec3 squares(const Vec3& v) { return v.cwiseProduct(v); }
 float seconds(std::uint64_t us) { return 1e-6F * static_cast<float>(us); }
 
-bool is_finite(const Imu& imu) { return imu.w_WB_B.allFinite() && imu.specific_force_B.allFinite(); }
 
 /// The matrix of v -> -w x v.
 Mat3 minus_cross_matrix(const Vec3& w) {

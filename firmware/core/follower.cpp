@@ -69,8 +69,46 @@ const FlatReference& Follower::step(const FollowerTarget& target, float dt, cons
   r.velocity << v, vz;
   r.acceleration << a, az;
   r.jerk << j, jz;
-  r.yaw_rate = std::clamp(kYawGain * wrapped_angle(target.yaw - r.yaw), -kYawRateMax, kYawRateMax);
-  r.yaw = wrapped_angle(r.yaw + r.yaw_rate * dt);
+  turn(kYawGain * wrapped_angle(target.yaw - r.yaw), dt);
+  return r;
+}
+
+void Follower::turn(float yaw_rate, float dt) {
+  reference_.yaw_rate = std::clamp(yaw_rate, -kYawRateMax, kYawRateMax);
+  reference_.yaw = wrapped_angle(reference_.yaw + reference_.yaw_rate * dt);
+}
+
+// The same cascade about the setpoint's own motion. An axis without a position follows its speed, one without a speed
+// its acceleration: what is missing takes no part.
+const FlatReference& Follower::track(const PositionSetpoint& setpoint, float dt, const Params& params) {
+  FlatReference& r = reference_;
+  const float slowing = kBrakeShare * params.brake_acceleration;
+  Vec3 velocity, acceleration = setpoint.acceleration;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    velocity[axis] = setpoint.velocity[axis];
+    if (setpoint.position_used[i]) {
+      const float error = setpoint.position[axis] - r.position[axis];
+      const float speed = std::min(kPositionGain * std::abs(error), std::sqrt(2.F * slowing * std::abs(error)));
+      velocity[axis] += std::copysign(speed, error);
+    }
+  }
+  const Eigen::Vector2f level = limited(Eigen::Vector2f(velocity.head<2>()), params.speed_max);
+  velocity << level, std::clamp(velocity.z(), -params.descent_speed, params.climb_speed);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    const bool has_speed = setpoint.position_used[i] || setpoint.velocity_used[i];
+    if (has_speed) acceleration[axis] += kVelocityGain * (velocity[axis] - r.velocity[axis]);
+  }
+  const Vec3 wanted = limited(acceleration, params.brake_acceleration);
+  r.jerk = limited(Vec3(kAccelerationGain * (wanted - r.acceleration)), params.brake_jerk);
+  r.acceleration += r.jerk * dt;
+  r.velocity += r.acceleration * dt;
+  r.velocity.head<2>() = limited(Eigen::Vector2f(r.velocity.head<2>()), params.speed_max);
+  r.velocity.z() = std::clamp(r.velocity.z(), -params.descent_speed, params.climb_speed);
+  r.position += r.velocity * dt;
+  const float towards = setpoint.yaw_used ? kYawGain * wrapped_angle(setpoint.yaw - r.yaw) : 0.F;
+  turn(towards + (setpoint.yaw_rate_used ? setpoint.yaw_rate : 0.F), dt);
   return r;
 }
 

@@ -2,6 +2,7 @@
 // mission must fly without the ground station; slower than its plan, always inside speed, acceleration and jerk limits.
 #pragma once
 #include "core/params.hpp"
+#include "core/position_setpoint.hpp"
 #include "core/types.hpp"
 
 namespace halfroll {
@@ -21,6 +22,9 @@ class Follower {
   const FlatReference& step(const FollowerTarget& target, float dt, const Params& params);
   /// Advance the reference by dt, coming to rest as soon as the braking limits allow; heading kept.
   const FlatReference& brake(float dt, const Params& params);
+  /// Advance the reference by dt along a setpoint that moves, within MPC_XY_VEL_MAX, the climb and descent speeds and
+  /// the limits of braking: who gives speeds or accelerations is answerable for their smoothness.
+  const FlatReference& track(const PositionSetpoint& setpoint, float dt, const Params& params);
   const FlatReference& reference() const { return reference_; }
   bool at_rest() const;
 
@@ -30,6 +34,8 @@ class Follower {
   }
 
  private:
+  void turn(float yaw_rate, float dt);
+
   FlatReference reference_;
 };
 

@@ -5,41 +5,43 @@
 namespace halfroll {
 namespace {
 
-using Condition = bool (*)(Mode from, const ModeContext&);
+constexpr Bits kAnyMode = (1U << kModeCount) - 1U;
+constexpr Bits kUser = bit(Requester::kUser), kGround = bit(Requester::kGroundStation), kBoth = kUser | kGround;
+constexpr Bits kHold = bit(Mode::kHold), kMission = bit(Mode::kMission), kReturn = bit(Mode::kReturn),
+               kLand = bit(Mode::kLand), kTakeoff = bit(Mode::kTakeoff), kOffboard = bit(Mode::kOffboard);
+constexpr const char* kNotGrounds = "not the ground station's to change";
 
+constexpr Bits except(Bits modes) { return static_cast<Bits>(kAnyMode & ~modes); }
+bool always(const ModeContext&) { return true; }
 bool in_flight(const ModeContext& c) { return c.armed && !c.on_ground; }
-
-struct Rule {
-  Mode to;
-  Condition refused;
-  const char* why;
-};
-
-// First rule that refuses wins. Modes without a row here are free.
-constexpr std::array<Rule, 8> kRules = {{
-    {Mode::kMission, [](Mode, const ModeContext& c) { return !c.mission_stored; }, "no mission stored"},
-    {Mode::kMission, [](Mode, const ModeContext& c) { return c.armed && !c.position_valid; }, "no position"},
-    {Mode::kTakeoff, [](Mode, const ModeContext& c) { return in_flight(c); }, "already flying"},
-    {Mode::kTakeoff, [](Mode, const ModeContext& c) { return c.armed && !c.position_valid; }, "no position"},
-    {Mode::kReturn, [](Mode, const ModeContext& c) { return !c.armed; }, "disarmed"},
-    {Mode::kReturn, [](Mode, const ModeContext& c) { return !c.position_valid; }, "no position"},
-    {Mode::kLand, [](Mode, const ModeContext& c) { return !c.armed; }, "disarmed"},
-    {Mode::kOffboard, [](Mode, const ModeContext& c) { return c.armed && !c.position_valid; }, "no position"},
-}};
 
 }  // namespace
 
+const ModeRule kModeRules[kModeRuleCount] = {
+    {kBoth, kAnyMode, kAnyMode, [](const ModeContext& c) { return c.terminated; }, "terminated", "terminated"},
+    {kBoth, kAnyMode, except(kLand | kReturn), [](const ModeContext& c) { return c.battery_critical; },
+     "battery critical", "battery critical"},
+    {kGround, kAnyMode, kHold | kReturn | kLand | kTakeoff, always, kNotGrounds, "always"},
+    {kGround, except(kMission), kOffboard, always, kNotGrounds, "always"},
+    {kGround, except(kOffboard), kMission, always, kNotGrounds, "always"},
+    {kGround, kOffboard, kMission, [](const ModeContext& c) { return !c.ground_station_owns_offboard; }, kNotGrounds,
+     "another source is followed"},
+    {kBoth, kAnyMode, kMission, [](const ModeContext& c) { return !c.mission_stored; }, "no mission stored",
+     "no mission stored"},
+    {kBoth, kAnyMode, kMission | kTakeoff | kOffboard,
+     [](const ModeContext& c) { return c.armed && !c.position_valid; }, "no position", "armed without a position"},
+    {kBoth, kAnyMode, kHold, [](const ModeContext& c) { return in_flight(c) && !c.position_valid; }, "no position",
+     "flying without a position"},
+    {kBoth, kAnyMode, kTakeoff, in_flight, "already flying", "flying"},
+    {kBoth, kAnyMode, kReturn | kLand, [](const ModeContext& c) { return !c.armed; }, "disarmed", "disarmed"},
+    {kBoth, kAnyMode, kReturn, [](const ModeContext& c) { return !c.position_valid; }, "no position", "no position"},
+};
+
 const char* refuse_mode(Mode from, Mode to, Requester who, const ModeContext& context) {
-  if (who == Requester::kAutopilot) return nullptr;
-  if (context.terminated) return "terminated";
-  if (context.battery_critical && to != Mode::kLand && to != Mode::kReturn) return "battery critical";
-  if (who == Requester::kGroundStation) {
-    const bool takes_over = from == Mode::kMission && to == Mode::kOffboard;
-    const bool gives_back = from == Mode::kOffboard && to == Mode::kMission && context.ground_station_owns_offboard;
-    if (from != to && !takes_over && !gives_back) return "not the ground station's to change";
-  }
-  for (const Rule& rule : kRules) {
-    if (rule.to == to && rule.refused(from, context)) return rule.why;
+  for (const ModeRule& rule : kModeRules) {
+    const bool applies = (rule.who & bit(who)) != 0 && (rule.from & bit(from)) != 0 && (rule.to & bit(to)) != 0;
+    const bool change_of_ground = rule.who != kGround || from != to;
+    if (applies && change_of_ground && rule.refused(context)) return rule.why;
   }
   return nullptr;
 }

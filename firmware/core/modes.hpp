@@ -24,7 +24,23 @@ struct ModeContext {
   bool ground_station_owns_offboard = false;
 };
 
-/// nullptr if `to` may be entered from `from` now, else why not (a few words, for STATUSTEXT).
+/// A set of modes or of requesters, one bit each.
+using Bits = std::uint8_t;
+constexpr Bits bit(Mode mode) { return static_cast<Bits>(1U << static_cast<unsigned>(mode)); }
+constexpr Bits bit(Requester who) { return static_cast<Bits>(1U << static_cast<unsigned>(who)); }
+
+/// One reason not to change mode.
+struct ModeRule {
+  Bits who, from, to;
+  bool (*refused)(const ModeContext&);
+  const char* why;   // a few words, for STATUSTEXT
+  const char* when;  // for docs/mavlink.md
+};
+inline constexpr int kModeRuleCount = 12;
+/// The first rule that refuses wins; what no rule refuses is free. The autopilot's own changes ask nobody.
+extern const ModeRule kModeRules[kModeRuleCount];
+
+/// nullptr if `to` may be entered from `from` now, else why not.
 const char* refuse_mode(Mode from, Mode to, Requester who, const ModeContext& context);
 
 const char* mode_name(Mode mode);

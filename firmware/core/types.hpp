@@ -28,6 +28,8 @@ struct Imu {
   bool operator==(const Imu& o) const { return w_WB_B == o.w_WB_B && specific_force_B == o.specific_force_B; }
 };
 
+inline bool is_finite(const Imu& imu) { return imu.w_WB_B.allFinite() && imu.specific_force_B.allFinite(); }
+
 // What comes besides was taken at t_us and is usually delivered later. A deviation is one sigma per axis; 0 says that
 // the sensor does not know it, and a parameter stands in.
 

@@ -11,6 +11,11 @@ namespace halfroll::link {
 struct Received {
   Header header;
   Message message;
+  std::uint32_t id = 0;
+  std::uint8_t sequence = 0;
+  bool is_signed = false;
+  const std::uint8_t* frame = nullptr;  // as it came; valid while it is used
+  std::size_t frame_size = 0;
 };
 
 /// Finds frames in the bytes of one endpoint: MAVLink 1 and 2, signed or not, any split. Bad ones are counted and
@@ -22,6 +27,7 @@ class Parser {
   void parse(const Datagram& datagram, Use&& use) {
     for (std::size_t i = 0; i < datagram.size; ++i) {
       push(datagram.bytes[i]);
+      if (size_ < look_at_) continue;
       while (const std::optional<Received> received = next(datagram.from)) use(*received);
     }
   }
@@ -38,6 +44,8 @@ class Parser {
 
   std::array<std::uint8_t, 280> bytes_ = {};
   std::size_t size_ = 0;
+  std::size_t look_at_ = 1;  // so many bytes are needed to tell more
+  std::size_t used_ = 0;     // bytes of the frame that is being used
   std::uint32_t bad_frames_ = 0;
 };
 
@@ -62,11 +70,16 @@ TxFrame encode(const Timesync&, Envelope);
 TxFrame encode(const Ping&, Envelope);
 TxFrame encode(const FileTransfer&, Envelope);
 
-/// A message that shows the vehicle: which one, of what, and for AVAILABLE_MODES which mode (1..kWireModeCount).
+/// Announces a signature and leaves 13 bytes for it (signing.hpp).
+void make_room_for_signature(TxFrame& frame);
+
+/// A message that shows the vehicle: which one, of what, and for AVAILABLE_MODES which mode (1..kWireModeCount),
+/// for SYS_STATUS which link.
 struct Telemetry {
   std::uint32_t id = 0;
   const VehicleStatus& status;
   int mode_index = 1;
+  int link = 0;  // for SYS_STATUS
 };
 /// Size 0 if the id is not one of ours or there is nothing to show yet (no home).
 TxFrame encode(const Telemetry&, Envelope);

@@ -56,23 +56,37 @@ TxFrame heartbeat(const VehicleStatus& s, Envelope e) {
   return to_frame(m, e, mavlink_msg_heartbeat_encode_status);
 }
 
-TxFrame sys_status(const VehicleStatus& s, Envelope e) {
+/// Shares of 0.01 %.
+std::uint16_t share(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? std::uint16_t{0}
+                    : rounded<std::uint16_t>(1e4 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+TxFrame sys_status(const VehicleStatus& s, Envelope e, int link) {
   constexpr std::uint32_t kGyro = 0x1, kAccel = 0x2, kMag = 0x4, kPressure = 0x8, kGps = 0x20, kRates = 0x400,
                           kAttitude = 0x800, kHeight = 0x2000, kPosition = 0x4000, kMotors = 0x8000,
                           kGeofence = 0x100000, kAhrs = 0x200000, kBattery = 0x2000000, kPrearm = 0x10000000;
   const auto when = [](bool healthy, std::uint32_t bits) { return healthy ? bits : 0U; };
   mavlink_sys_status_t m = {};
   m.onboard_control_sensors_present = kGyro | kAccel | kMag | kPressure | kGps | kRates | kAttitude | kHeight |
-                                      kPosition | kMotors | kAhrs | kBattery | kPrearm;
+                                      kPosition | kMotors | kAhrs | kBattery | kPrearm | when(s.fence_set, kGeofence);
   m.onboard_control_sensors_enabled = m.onboard_control_sensors_present;
-  m.onboard_control_sensors_health = kMotors | kGeofence | when(s.health.gyro, kGyro | kRates) |
-                                     when(s.health.accelerometer, kAccel) |
+  m.onboard_control_sensors_health = when(s.health.rotors, kMotors) | when(s.health.fence, kGeofence) |
+                                     when(s.health.gyro, kGyro | kRates) | when(s.health.accelerometer, kAccel) |
                                      when(s.estimate.attitude_valid, kMag | kAttitude | kAhrs) |
                                      when(s.estimate.position_valid, kPressure | kGps | kHeight | kPosition) |
                                      when(s.health.battery, kBattery) | when(s.health.prearm_checks, kPrearm);
   m.voltage_battery = rounded<std::uint16_t>(static_cast<double>(s.battery_voltage) * 1e3);
   m.current_battery = -1;
   m.battery_remaining = rounded<std::int8_t>(static_cast<double>(s.state_of_charge) * 100.0);
+  const LinkTotals none, *known = s.links[static_cast<std::size_t>(link)];
+  const LinkTotals& totals = known != nullptr ? *known : none;
+  m.drop_rate_comm = share(totals.lost, std::uint64_t{totals.lost} + totals.received);
+  m.errors_comm = rounded<std::uint16_t>(totals.bad);
+  m.errors_count1 = rounded<std::uint16_t>(totals.refused);
+  m.errors_count2 = rounded<std::uint16_t>(s.setpoints_dropped);
+  m.errors_count3 = rounded<std::uint16_t>(s.frames_unsent);
+  m.errors_count4 = rounded<std::uint16_t>(totals.passed_over);
   return to_frame(m, e, mavlink_msg_sys_status_encode_status);
 }
 
@@ -275,7 +289,8 @@ TxFrame autopilot_version(Envelope e) {
   mavlink_autopilot_version_t m = {};
   m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT | MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT |
                    MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |
-                   MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET | MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION |
+                   MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET | MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED |
+                   MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT | MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION |
                    MAV_PROTOCOL_CAPABILITY_MAVLINK2;
   m.flight_sw_version = 0x02000000;  // 2.0.0, a development build: clients compare anything else with other firmware
   m.uid = 0x68616c6600000000U + e.system;
@@ -336,7 +351,7 @@ TxFrame encode(const Telemetry& in, Envelope envelope) {
   const VehicleStatus& s = in.status;
   switch (in.id) {
     case msg::kHeartbeat: return heartbeat(s, envelope);
-    case msg::kSysStatus: return sys_status(s, envelope);
+    case msg::kSysStatus: return sys_status(s, envelope, in.link);
     case msg::kExtendedSysState: return extended_sys_state(s, envelope);
     case msg::kAttitudeQuaternion: return attitude_quaternion(s, envelope);
     case msg::kAttitude: return attitude(s, envelope);

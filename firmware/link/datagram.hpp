@@ -10,6 +10,11 @@ inline constexpr int kLinkCount = 2;            // 0: A, offboard; 1: B, ground 
 inline constexpr std::uint8_t kEveryone = 255;  // all endpoints of a link
 inline constexpr std::uint8_t kAllLinks = 255;
 
+/// What one step reads of a link at most, so that a flood cannot starve the loop; service, when no time passes, reads
+/// all.
+inline constexpr std::size_t kStepDatagrams = 8;
+inline constexpr std::size_t kStepBytes = 4096;
+
 /// Where bytes came from or go to; slots are numbered by the shell (0 is the link's default peer).
 struct Endpoint {
   std::uint8_t link = 0;
@@ -31,8 +36,20 @@ struct TxFrame {
   std::array<std::uint8_t, 280> bytes = {};
 };
 
-/// What is kept over a restart. The shell writes it (temporary file, flush, rename) and tells the result.
-enum class StorageSlot : std::uint8_t { kNone, kParams, kMission };
+/// What is kept over a restart. The shell writes it (boards/two_slots.hpp) and tells the result.
+enum class StorageSlot : std::uint8_t { kNone, kParams, kMission, kSigning };
+inline constexpr std::size_t kStorageSlotCount = 4;
+enum class StoredState : std::uint8_t {
+  kNothing,           // nothing was ever stored
+  kSound,             //
+  kOtherCopyDamaged,  // the image is good, but the store's other copy is torn or corrupt: perhaps it was the newer one
+  kLost               // no copy is good
+};
+struct StoredImage {
+  StoredState state = StoredState::kNothing;
+  const std::uint8_t* bytes = nullptr;
+  std::size_t size = 0;
+};
 struct StorageRequest {
   StorageSlot slot = StorageSlot::kNone;
   const std::uint8_t* bytes = nullptr;  // valid until the next call into the autopilot

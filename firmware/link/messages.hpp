@@ -145,7 +145,18 @@ struct ExternalPose {
   PoseFix pose;
   std::uint8_t frame = kFrameLocalNed;  // the wire's; only axes that are north-east-down or alike can be used
 };
-struct PositionTarget {};  // SET_POSITION_TARGET_*: not flown, only noticed
+/// SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT, axes turned to ours. Nothing is checked: any float may be NaN.
+struct PositionTarget {
+  std::uint32_t time_boot_ms = 0;
+  std::uint16_t type_mask = 0;
+  std::uint8_t frame = 0;
+  bool global = false;           // x and y are lat, lon [1e-7 degrees], z is as the frame says [m]
+  std::int32_t x = 0, y = 0;     // global only
+  float alt = 0.F;               // global only
+  Vec3 position = Vec3::Zero();  // local only
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();
+  float yaw = 0.F, yaw_rate = 0.F;
+};
 
 struct Timesync {
   std::int64_t tc1 = 0, ts1 = 0;  // [ns]
@@ -164,6 +175,11 @@ struct StatusText {
   Text<50> text;
 };
 
+struct SetupSigning {
+  std::array<std::uint8_t, 32> key = {};
+  std::uint64_t initial_stamp = 0;  // [10 us] since 2015
+};
+
 struct Unhandled {  // a good frame with nothing in it for us
   std::uint32_t id = 0;
 };
@@ -172,7 +188,7 @@ using Message =
     std::variant<Unhandled, Heartbeat, Command, SetMode, SetGlobalOrigin, ParamRequestList, ParamRequestRead, ParamSet,
                  MissionRequestList, MissionRequest, MissionCount, MissionItemMessage, MissionClearAll,
                  MissionSetCurrent, MissionAck, MissionWritePartial, MissionRequestPartial, SetAttitudeTarget,
-                 ExternalPose, PositionTarget, Timesync, Ping, FileTransfer, StatusText>;
+                 ExternalPose, PositionTarget, Timesync, Ping, FileTransfer, StatusText, SetupSigning>;
 
 // Only sent:
 

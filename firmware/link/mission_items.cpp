@@ -12,12 +12,7 @@ constexpr float kMost = std::numeric_limits<float>::max();
 constexpr std::int32_t kNotGiven = std::numeric_limits<std::int32_t>::max();
 constexpr std::int32_t kNotGivenEither = std::numeric_limits<std::int32_t>::min();
 
-/// What one parameter may be: a finite number in [least, most], a multiple of `step` if that is not 0; NaN if `open`.
-struct Allowed {
-  float least, most;
-  bool open;
-  float step;
-};
+using Allowed = ParameterRule;
 constexpr Allowed kZero{0.F, 0.F, true, 0.F};      // unused: 0 or NaN
 constexpr Allowed kAny{-kMost, kMost, true, 0.F};  // finite or NaN
 constexpr Allowed kTime{0.F, kMost, false, 0.F};   // s, needed
@@ -144,6 +139,12 @@ MissionResult check_place(const Row& row, const MissionItem& item, int seq, floa
 
 }  // namespace
 
+std::optional<std::array<ParameterRule, 4>> parameter_rules(std::uint16_t command) {
+  const Row* row = find_row(command);
+  if (row == nullptr) return std::nullopt;
+  return std::array<ParameterRule, 4>{row->p[0], row->p[1], row->p[2], row->p[3]};
+}
+
 MissionResult check_item(const MissionItem& item, int seq, float altitude_max_m) {
   const Row* row = find_row(item.command);
   if (row == nullptr) return MissionResult::kUnsupported;
@@ -162,35 +163,54 @@ bool first_is_home(const MissionItem* items, int count, int seq0_home) {
   return count > 1 && may_be_home(items[0]) && items[1].command == cmd::kTakeoff;
 }
 
-MissionResult check_mission(const MissionItem* items, int count, int seq0_home) {
-  const bool home = first_is_home(items, count, seq0_home);
-  if (count > 0 && !home && may_be_home(items[0]) && at_zero(items[0])) return MissionResult::kInvalidParam5;
+void MissionCheck::begin(int count, int seq0_home) {
+  *this = MissionCheck{};
+  count_ = count;
+  seq0_home_ = seq0_home;
+  next_ = count - 1;
+}
 
-  const auto jumps = [&](int i) { return items[i].command == cmd::kJump && items[i].p[1] != 0.F; };
-  for (int i = 0; i < count; ++i) {
-    if (items[i].command == cmd::kJump && !(items[i].p[0] < static_cast<float>(count)))
-      return MissionResult::kInvalidParam1;
+/// Time must pass at this item or wherever it leads: places, ends, and items that only lead to such.
+bool MissionCheck::lets_time_pass(const MissionItem* items, int seq) const {
+  const MissionItem& item = items[seq];
+  const Row* row = find_row(item.command);
+  const bool home = seq == 0 && first_is_home(items, count_, seq0_home_);
+  const bool place = row != nullptr && !home &&
+                     (row->kind == ItemKind::kWaypoint || row->kind == ItemKind::kTakeoff ||
+                      row->kind == ItemKind::kLand || row->kind == ItemKind::kReturn);
+  const bool jumps = item.command == cmd::kJump && item.p[1] != 0.F;
+  return place || (beyond(seq + 1) && (!jumps || beyond(static_cast<int>(item.p[0]))));
+}
+
+// Strikes out every item at which time must pass, until a pass finds none. What is left circles.
+std::optional<MissionResult> MissionCheck::go_on(const MissionItem* items, int looks) {
+  if (count_ > 0 && may_be_home(items[0]) && at_zero(items[0]) && !first_is_home(items, count_, seq0_home_)) {
+    return MissionResult::kInvalidParam5;
   }
-  // Strike out every item from which time must pass: places, ends, and items that only lead to such. What is left
-  // circles.
-  std::array<bool, kMissionCapacity> passes = {};
-  const auto beyond = [&](int i) { return i >= count || passes[static_cast<std::size_t>(i)]; };
-  bool changed = true;
-  while (changed) {
-    changed = false;
-    for (int i = count - 1; i >= 0; --i) {
-      if (beyond(i)) continue;
-      const Row* row = find_row(items[i].command);
-      const bool place = row != nullptr && !(home && i == 0) &&
-                         (row->kind == ItemKind::kWaypoint || row->kind == ItemKind::kTakeoff ||
-                          row->kind == ItemKind::kLand || row->kind == ItemKind::kReturn);
-      if (place || (beyond(i + 1) && (!jumps(i) || beyond(static_cast<int>(items[i].p[0]))))) {
-        passes[static_cast<std::size_t>(i)] = changed = true;
-      }
+  for (; looks > 0; --looks) {
+    if (next_ < 0) {
+      if (!changed_) break;
+      changed_ = false;
+      next_ = count_ - 1;
     }
+    const int seq = next_--;
+    const MissionItem& item = items[seq];
+    if (item.command == cmd::kJump && !(item.p[0] < static_cast<float>(count_))) return MissionResult::kInvalidParam1;
+    if (beyond(seq) || !lets_time_pass(items, seq)) continue;
+    passes_[static_cast<std::size_t>(seq)] = changed_ = true;
   }
-  const bool circles = !std::all_of(passes.begin(), passes.begin() + count, [](bool p) { return p; });
-  return circles ? MissionResult::kInvalidParam1 : MissionResult::kAccepted;
+  const bool all = std::all_of(passes_.begin(), passes_.begin() + count_, [](bool p) { return p; });
+  if (all && next_ < 0) return MissionResult::kAccepted;
+  if (next_ < 0 && !changed_) return MissionResult::kInvalidParam1;
+  return std::nullopt;
+}
+
+MissionResult check_mission(const MissionItem* items, int count, int seq0_home) {
+  MissionCheck check;
+  check.begin(count, seq0_home);
+  for (;;) {
+    if (const std::optional<MissionResult> result = check.go_on(items, kMissionCapacity)) return *result;
+  }
 }
 
 FlightItem flight_item(const MissionItem& item, const Datum& datum) {

@@ -1,6 +1,9 @@
 // What a mission item may contain and what it means. Why: the item table of the contract as data, read by check and
 // flight.
 #pragma once
+#include <array>
+#include <optional>
+
 #include "core/flight_item.hpp"
 #include "link/frames.hpp"
 #include "link/messages.hpp"
@@ -9,11 +12,40 @@ namespace halfroll::link {
 
 inline constexpr int kMissionCapacity = 2000;
 
+/// What a parameter may be: a finite number in [least, most], a multiple of `step` if that is not 0; NaN if `open`.
+struct ParameterRule {
+  float least, most;
+  bool open;
+  float step;
+};
+/// Of p1..p4 of a command that a mission may hold.
+std::optional<std::array<ParameterRule, 4>> parameter_rules(std::uint16_t command);
+
 /// First fault of one item, in the contract's order: command, frame, params 1..4, latitude, longitude, height.
 /// Item 0 as WAYPOINT in frame 0 may be at 0,0: check_mission judges it.
 MissionResult check_item(const MissionItem& item, int seq, float altitude_max_m);
 
 /// What only the whole list shows: jump targets, jump loops without a position, item 0 at 0,0 that is not home.
+/// In pieces, for a step has little time and chained jumps need many passes.
+class MissionCheck {
+ public:
+  void begin(int count, int seq0_home);
+  /// Look at most at so many items. The verdict, once there is one.
+  std::optional<MissionResult> go_on(const MissionItem* items, int looks);
+
+  auto state() const { return std::tie(count_, seq0_home_, next_, changed_, passes_); }
+
+ private:
+  bool beyond(int seq) const { return seq >= count_ || passes_[static_cast<std::size_t>(seq)]; }
+  bool lets_time_pass(const MissionItem* items, int seq) const;
+
+  int count_ = 0, seq0_home_ = 2;
+  int next_ = 0;          // backwards from the end
+  bool changed_ = false;  // in this pass
+  std::array<bool, kMissionCapacity> passes_ = {};
+};
+
+/// The same at once.
 MissionResult check_mission(const MissionItem* items, int count, int seq0_home);
 
 /// Item 0 is home, not flown (MIS_SEQ0_HOME: 0 never, 1 always, 2 when item 1 is a takeoff).

@@ -11,6 +11,7 @@ constexpr std::uint32_t kMagic = 0x314D5248;  // "HRM1"
 constexpr std::uint64_t kRequestAgainUs = 250000;
 constexpr std::uint64_t kRequestSoonestUs = 40000, kRoundTripsToWait = 3;  // for the first repetition
 constexpr std::uint64_t kGiveUpUs = 5000000;
+constexpr int kLooksPerStep = 512;  // of the whole-mission check, about 10 us
 
 bool is_empty_set(std::uint8_t type) { return type == kTypeFence || type == kTypeRally; }
 
@@ -79,7 +80,7 @@ bool MissionService::may_write(std::uint8_t type, const Header& header, const Mi
     outbox.say(Severity::kWarning, "Mission: busy flying, change mode first");
     return false;
   }
-  return phase_ != Phase::kStoring;  // the answer is on its way
+  return phase_ != Phase::kStoring && phase_ != Phase::kChecking;  // the answer is on its way
 }
 
 void MissionService::begin(const Header& header, int first, int last, const MissionSituation& now, Outbox& outbox) {
@@ -175,13 +176,17 @@ void MissionService::clear(const Header& header, std::uint8_t type, const Missio
 
 /// All items are here: judge them together, then to disk.
 void MissionService::finish(const MissionSituation& now, Outbox& outbox) {
-  const auto n = static_cast<int>(upload().count);
-  const MissionResult result = check_mission(upload().items.data(), n, now.seq0_home);
-  if (result != MissionResult::kAccepted) {
-    phase_ = Phase::kIdle;
-    return acknowledge(peer_, result, kTypeMission, outbox);
-  }
-  store(now);
+  phase_ = Phase::kChecking;
+  check_.begin(static_cast<int>(upload().count), now.seq0_home);
+  go_on_checking(now, outbox);
+}
+
+void MissionService::go_on_checking(const MissionSituation& now, Outbox& outbox) {
+  const std::optional<MissionResult> result = check_.go_on(upload().items.data(), kLooksPerStep);
+  if (!result) return;
+  if (*result == MissionResult::kAccepted) return store(now);
+  phase_ = Phase::kIdle;
+  acknowledge(peer_, *result, kTypeMission, outbox);
 }
 
 void MissionService::store(const MissionSituation& now) {
@@ -225,6 +230,7 @@ bool MissionService::must_repeat(const MissionSituation& now) const {
 
 void MissionService::step(const MissionSituation& now, Outbox& outbox) {
   if (phase_ == Phase::kIdle) return;
+  if (phase_ == Phase::kChecking) return go_on_checking(now, outbox);
   if (passed(heard_us_, kGiveUpUs, now)) {
     if (phase_ == Phase::kStoring) return stored(false, now, outbox);
     phase_ = Phase::kIdle;
@@ -266,7 +272,8 @@ bool MissionService::operator==(const MissionService& o) const {
   if (!(small(*this) == small(o)) || mine.count != other.count || !same_items(mine, other, mine.count)) return false;
   if (phase_ == Phase::kIdle) return true;
   const Image &my_upload = images_[1U - stored_], &other_upload = o.images_[1U - o.stored_];
-  return my_upload.count == other_upload.count && same_items(my_upload, other_upload, my_upload.count);
+  return my_upload.count == other_upload.count && check_.state() == o.check_.state() &&
+         same_items(my_upload, other_upload, my_upload.count);
 }
 
 }  // namespace halfroll::link

@@ -27,7 +27,7 @@ class MissionService {
   void receive(const MissionClearAll&, const Header&, const MissionSituation&, Outbox&);
   void receive(const MissionAck&, const Header&, const MissionSituation&, Outbox&);
 
-  /// Timers: re-request, give up. Call every step.
+  /// Timers: re-request, give up; a piece of the check of a long mission. Call every step.
   void step(const MissionSituation&, Outbox&);
 
   /// The image to write, once per upload or clear; slot kNone when there is nothing to write.
@@ -51,7 +51,7 @@ class MissionService {
   bool operator==(const MissionService& o) const;
 
  private:
-  enum class Phase : std::uint8_t { kIdle, kReceiving, kStoring };
+  enum class Phase : std::uint8_t { kIdle, kReceiving, kChecking, kStoring };
   /// Byte for byte what is on disk.
   struct Image {
     std::uint32_t magic = 0;
@@ -72,6 +72,7 @@ class MissionService {
   bool must_repeat(const MissionSituation&) const;
   void begin(const Header&, int first, int last, const MissionSituation&, Outbox&);
   void finish(const MissionSituation&, Outbox&);
+  void go_on_checking(const MissionSituation&, Outbox&);
   void clear(const Header&, std::uint8_t type, const MissionSituation&, Outbox&);
   void store(const MissionSituation&);
 
@@ -89,6 +90,7 @@ class MissionService {
   std::uint64_t round_trip_us_ = 0;  // of this upload, its slow side; 0: not known yet
   std::uint8_t repeats_ = 0;         // of the request that is out
   bool write_wanted_ = false;
+  MissionCheck check_;
 };
 
 }  // namespace halfroll::link

@@ -39,6 +39,7 @@ class Outbox {
     if (limit_.allows(text, t_us_)) send(kToAll, StatusText{severity, text});
   }
 
+  TxFrame* frames() { return frames_.data(); }
   const TxFrame* frames() const { return frames_.data(); }
   std::size_t size() const { return size_; }
   std::uint32_t overflows() const { return overflows_; }

@@ -41,6 +41,7 @@ T read(const std::uint8_t* bytes) {
 void ParamService::receive(const ParamRequestList&, const Header& header, std::uint64_t wall_us) {
   if (header.from.link >= kLinkCount || header.from.slot >= kSlots) return;
   listings_[slot_of(header.from, kSlots)] = {0, wall_us};
+  listing_ = true;
 }
 
 void ParamService::receive(const ParamRequestRead& asked, const Header& header, const Params& params, Outbox& outbox) {
@@ -71,6 +72,8 @@ void ParamService::receive(const ParamSet& wanted, const Header& header, bool ar
 }
 
 void ParamService::service(std::uint64_t wall_us, const Params& params, Outbox& outbox) {
+  if (!listing_) return;
+  listing_ = false;
   for (std::size_t i = 0; i < listings_.size(); ++i) {
     Listing& listing = listings_[i];
     const Endpoint to{static_cast<std::uint8_t>(i / kSlots), static_cast<std::uint8_t>(i % kSlots)};
@@ -79,6 +82,7 @@ void ParamService::service(std::uint64_t wall_us, const Params& params, Outbox& 
       listing.due_wall_us += kListPeriodUs;
     }
     if (listing.due_wall_us < wall_us) listing.due_wall_us = wall_us;
+    listing_ = listing_ || listing.next < kParamCount;
   }
 }
 

@@ -26,6 +26,8 @@ class ParamService {
   bool save_due(std::uint64_t wall_us) const { return dirty_ && (urgent_ || wall_us >= dirty_since_wall_us_ + 500000); }
   /// Store what is not yet stored now; false if there is nothing.
   bool save_at_once() { return urgent_ = dirty_; }
+  /// Store them even if nothing has changed.
+  void touch(std::uint64_t wall_us) { mark_dirty(wall_us); }
   /// Make the image of what differs from the defaults; valid until the next call. Counts as saved.
   StorageRequest save(const Params&);
   /// A failed write is tried again, and said.
@@ -48,6 +50,7 @@ class ParamService {
   void mark_dirty(std::uint64_t wall_us);
 
   Params defaults_;
+  bool listing_ = false;  // to anybody
   std::array<Listing, static_cast<std::size_t>(kLinkCount* kSlots)> listings_ = {};
   bool dirty_ = false, urgent_ = false;
   std::uint64_t dirty_since_wall_us_ = 0;

@@ -1,5 +1,6 @@
 #include "link/streams.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/constants.hpp"
@@ -8,6 +9,7 @@ namespace halfroll::link {
 namespace {
 
 constexpr std::int32_t kOff = -1;
+constexpr std::uint64_t kNever = ~std::uint64_t{0};
 constexpr float kFastestUs = 2500.F;
 
 std::int32_t default_interval_us(std::size_t row, std::size_t link) {
@@ -22,9 +24,12 @@ std::optional<std::size_t> row_of(std::uint32_t id) {
   return std::nullopt;
 }
 
-/// A multiple of the interval lies in this millisecond. No phase is kept: streams of one rate share their steps.
-bool due(std::uint64_t t_us, std::int32_t interval_us) {
-  return interval_us > 0 && t_us % static_cast<std::uint64_t>(interval_us) < kStepUs;
+/// A stream's own place among the milliseconds, so that slow ones do not all come in one step. Those of 100 Hz and more
+/// keep the first: attitude and position of one sample belong together, and in lockstep they precede the question.
+std::uint64_t phase_us(std::size_t link, std::size_t row, std::int32_t interval_us) {
+  constexpr std::int32_t kFast = 10000;
+  if (interval_us <= kFast) return 0;
+  return (1U + (3U * row + 5U * link) % 9U) * kStepUs;
 }
 
 /// The same attitude, with the sign that continues `before`.
@@ -38,29 +43,51 @@ void send_all_modes(Endpoint to, const VehicleStatus& status, Outbox& outbox) {
 
 Streams::Streams() {
   for (std::size_t link = 0; link < kLinkCount; ++link) {
-    for (std::size_t row = 0; row < kStreamCount; ++row) interval_us_[link][row] = default_interval_us(row, link);
+    for (std::size_t row = 0; row < kStreamCount; ++row) {
+      interval_us_[link][row] = default_interval_us(row, link);
+      due_us_[link][row] = interval_us_[link][row] > 0 ? phase_us(link, row, interval_us_[link][row]) : kNever;
+    }
   }
 }
 
 void Streams::step(const VehicleStatus& status, Outbox& outbox) {
   q_shown_ = continued(status.estimate.q_WB, q_shown_);
+  next_step_us_ = status.t_us + kStepUs;
   show_changes(status, outbox);
   std::optional<VehicleStatus> shown;  // in most steps nothing is due
   for (std::size_t link = 0; link < kLinkCount; ++link) {
+    if (status.t_us < next_due_us_[link]) continue;
     const Endpoint to = everyone_on(static_cast<int>(link));
+    next_due_us_[link] = kNever;
     for (std::size_t row = 0; row < kStreamCount; ++row) {
-      if (!due(status.t_us, interval_us_[link][row])) continue;
-      if (!shown) {
-        shown = status;
-        shown->estimate.q_WB = q_shown_;
+      if (due_us_[link][row] <= status.t_us) {
+        if (!shown) {
+          shown = status;
+          shown->estimate.q_WB = q_shown_;
+        }
+        if (kStreams[row].id == msg::kAvailableModes) {
+          send_all_modes(to, *shown, outbox);
+        } else {
+          outbox.send(to, Telemetry{kStreams[row].id, *shown, 1, static_cast<int>(link)});
+        }
+        schedule(link, row, next_step_us_);
       }
-      if (kStreams[row].id == msg::kAvailableModes) {
-        send_all_modes(to, *shown, outbox);
-      } else {
-        outbox.send(to, Telemetry{kStreams[row].id, *shown});
-      }
+      next_due_us_[link] = std::min(next_due_us_[link], due_us_[link][row]);
     }
   }
+}
+
+/// The first time from from_us on that is a whole number of intervals past the stream's phase.
+void Streams::schedule(std::size_t link, std::size_t row, std::uint64_t from_us) {
+  const std::int32_t interval_us = interval_us_[link][row];
+  if (interval_us <= 0) {
+    due_us_[link][row] = kNever;
+    return;
+  }
+  const auto interval = static_cast<std::uint64_t>(interval_us);
+  const std::uint64_t phase = phase_us(link, row, interval_us);
+  const std::uint64_t count = from_us <= phase ? 0 : (from_us - phase + interval - 1) / interval;
+  due_us_[link][row] = phase + count * interval;
 }
 
 void Streams::show_changes(const VehicleStatus& status, Outbox& outbox) {
@@ -93,7 +120,8 @@ CommandResult Streams::set_interval(int link, std::uint32_t id, float interval_u
   constexpr float kSlowestUs = 2e9F;
   const std::optional<std::size_t> row = row_of(id);
   if (!row || link < 0 || link >= kLinkCount) return CommandResult::kDenied;
-  std::int32_t& interval = interval_us_[static_cast<std::size_t>(link)][*row];
+  const auto l = static_cast<std::size_t>(link);
+  std::int32_t& interval = interval_us_[l][*row];
   if (interval_us == -1.F) {
     interval = kOff;
   } else if (interval_us == 0.F) {
@@ -103,6 +131,8 @@ CommandResult Streams::set_interval(int link, std::uint32_t id, float interval_u
   } else {
     return CommandResult::kDenied;
   }
+  schedule(l, *row, next_step_us_);
+  next_due_us_[l] = std::min(next_due_us_[l], due_us_[l][*row]);
   return CommandResult::kAccepted;
 }
 
@@ -135,7 +165,7 @@ void Streams::send_requested(Endpoint to, std::uint32_t id, float parameter, con
   } else {
     VehicleStatus shown = status;
     shown.estimate.q_WB = continued(status.estimate.q_WB, q_shown_);
-    outbox.send(to, Telemetry{id, shown});
+    outbox.send(to, Telemetry{id, shown, 1, to.link});
   }
 }
 

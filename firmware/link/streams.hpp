@@ -1,6 +1,8 @@
 // Which message goes out in this millisecond. Why: rates are a table per link, due times follow from the step count
 // alone.
 #pragma once
+#include <algorithm>
+
 #include "link/outbox.hpp"
 #include "link/vehicle_status.hpp"
 
@@ -42,8 +44,10 @@ class Streams {
  public:
   Streams();
 
-  /// Send all that is due in the step that ended at status.t_us, on both links. Once per step, before any TIMESYNC
-  /// request.
+  /// Whether step() has a stream to send in the step that ended at t_us.
+  bool due(std::uint64_t t_us) const { return t_us >= *std::min_element(next_due_us_.begin(), next_due_us_.end()); }
+  /// Send all that is due in the step that ended at status.t_us, on both links, and what has changed. Whenever due()
+  /// says so and at least every 100 ms, before any TIMESYNC request.
   void step(const VehicleStatus& status, Outbox&);
   /// Send what has changed since last shown: heartbeat and mode, landed state, home, origin, mission. In step and in
   /// service.
@@ -60,7 +64,7 @@ class Streams {
   CommandResult can_send(std::uint32_t id, float parameter, const VehicleStatus& status) const;
   void send_requested(Endpoint to, std::uint32_t id, float parameter, const VehicleStatus& status, Outbox&) const;
 
-  auto state() const { return std::tie(interval_us_, shown_, q_shown_); }
+  auto state() const { return std::tie(interval_us_, due_us_, next_due_us_, next_step_us_, shown_, q_shown_); }
 
  private:
   struct Shown {
@@ -75,7 +79,12 @@ class Streams {
     }
   };
 
+  void schedule(std::size_t link, std::size_t row, std::uint64_t from_us);
+
   std::array<std::array<std::int32_t, kStreamCount>, kLinkCount> interval_us_;  // 0 or less: off
+  std::array<std::array<std::uint64_t, kStreamCount>, kLinkCount> due_us_ = {};
+  std::array<std::uint64_t, kLinkCount> next_due_us_ = {};  // the earliest of a link: most steps look no further
+  std::uint64_t next_step_us_ = 0;
   std::optional<Shown> shown_;
   Quat q_shown_;  // sign of the last attitude: the next one continues it
   std::uint64_t heartbeat_wall_us_ = 0;

@@ -5,7 +5,9 @@
 
 #include "core/modes.hpp"
 #include "core/types.hpp"
+#include "link/datagram.hpp"
 #include "link/frames.hpp"
+#include "link/link_totals.hpp"
 #include "link/wire_ids.hpp"
 
 namespace halfroll::link {
@@ -50,7 +52,7 @@ struct MissionProgress {
 
 /// Health of what SYS_STATUS reports; what is not listed is as healthy as the estimator.
 struct Health {
-  bool gyro = true, accelerometer = true, battery = true;
+  bool gyro = true, accelerometer = true, battery = true, rotors = true, fence = true;
   bool prearm_checks = false;
 };
 
@@ -75,6 +77,9 @@ struct VehicleStatus {
   float battery_voltage = 0.F;  // [V]
   float state_of_charge = 1.F;  // 0..1
   Health health;
+  std::array<const LinkTotals*, kLinkCount> links = {};  // as long as the status is used
+  std::uint32_t setpoints_dropped = 0, frames_unsent = 0;
+  bool fence_set = false;  // GF_MAX_*: shown as present and enabled
 
   Origin origin;
   std::optional<Home> home;

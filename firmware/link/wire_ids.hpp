@@ -44,13 +44,14 @@ enum class Severity : std::uint8_t { kEmergency, kAlert, kCritical, kError, kWar
 /// MAV_MISSION_TYPE.
 inline constexpr std::uint8_t kTypeMission = 0, kTypeFence = 1, kTypeRally = 2, kTypeAll = 255;
 
-inline constexpr std::uint8_t kAutopilotComponent = 1;  // ours
-inline constexpr std::uint8_t kGroundComponent = 191;   // the ground station that streams references
-inline constexpr std::uint8_t kParamReal32 = 9;         // MAV_PARAM_TYPE_REAL32
+inline constexpr std::uint8_t kAutopilotComponent = 1;    // ours
+inline constexpr std::uint8_t kGroundComponent = 191;     // the ground station that streams references
+inline constexpr std::uint8_t kGroundControlStation = 6;  // MAV_TYPE_GCS
+inline constexpr std::uint8_t kParamReal32 = 9;           // MAV_PARAM_TYPE_REAL32
 
 /// MAV_FRAME, the ones taken here.
 inline constexpr std::uint8_t kFrameGlobal = 0, kFrameMission = 2, kFrameRelative = 3, kFrameGlobalInt = 5,
-                              kFrameRelativeInt = 6;
+                              kFrameRelativeInt = 6, kFrameBody = 8;
 /// Frames of poses: LOCAL_NED; what older clients call MOCAP_NED and VISION_NED; LOCAL_FRD, whose forward the room's
 /// owner has laid along W's north.
 inline constexpr std::uint8_t kFrameLocalNed = 1, kFrameMocapNed = 14, kFrameVisionNed = 16, kFrameLocalFrd = 20;
@@ -74,8 +75,8 @@ inline constexpr std::uint16_t kWaypoint = 16, kLoiterUnlimited = 17, kLoiterTim
 
 /// Message ids.
 namespace msg {
-inline constexpr std::uint32_t kHeartbeat = 0, kSysStatus = 1, kSystemTime = 2, kGpsRawInt = 24, kAttitude = 30,
-                               kAttitudeQuaternion = 31, kLocalPosition = 32, kGlobalPositionInt = 33,
+inline constexpr std::uint32_t kHeartbeat = 0, kSysStatus = 1, kSystemTime = 2, kRadioStatus = 109, kGpsRawInt = 24,
+                               kAttitude = 30, kAttitudeQuaternion = 31, kLocalPosition = 32, kGlobalPositionInt = 33,
                                kMissionCurrent = 42, kGpsGlobalOrigin = 49, kVfrHud = 74, kAttitudeTarget = 83,
                                kHighresImu = 105, kAltitude = 141, kBatteryStatus = 147, kAutopilotVersion = 148,
                                kHomePosition = 242, kMessageInterval = 244, kExtendedSysState = 245, kOdometry = 331,

@@ -54,8 +54,9 @@ class BoundAutopilot {
       : autopilot_(vehicle, at_speed(params, simulation_speed), boot_as(px4_identity)) {}
 
   BoundOutputs step(const Vec3& w_WB_B, const Vec3& specific_force_B, const std::optional<PoseFix>& pose,
-                    const py::bytes& rx, int link, int slot, std::uint64_t wall_us) {
+                    const py::bytes& rx, int link, int slot, std::uint64_t wall_us, float state_of_charge) {
     Inputs in;
+    in.battery.state_of_charge = state_of_charge;
     in.measured.imu = {w_WB_B, specific_force_B};
     in.measured.pose = pose;
     const std::string bytes = rx;
@@ -179,7 +180,7 @@ void bind_flight(py::module_& m) {
       .def(py::init<const Vehicle&, const Params&, bool, float>(), "vehicle"_a, "params"_a, py::kw_only(),
            "px4_identity"_a = false, "simulation_speed"_a = 1.F)
       .def("step", &BoundAutopilot::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(),
-           "rx"_a = py::bytes(""), "link"_a = 0, "slot"_a = 0, "wall_us"_a = 0,
+           "rx"_a = py::bytes(""), "link"_a = 0, "slot"_a = 0, "wall_us"_a = 0, "state_of_charge"_a = 1.F,
            "Advance 1 ms: sensors and received bytes in, Outputs out.")
       .def("service", &BoundAutopilot::service, "rx"_a, "link"_a = 0, "slot"_a = 0, "wall_us"_a = 0,
            "Answer the link while no time passes; frames as (link, slot, bytes).")

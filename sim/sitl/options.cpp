@@ -1,6 +1,8 @@
 #include "sim/sitl/options.hpp"
 
+#include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <functional>
 
 #include "sim/sitl/numbers.hpp"
@@ -62,6 +64,42 @@ void take_identity(Options& o, const std::string& name) {
   o.px4_identity = name == "px4";
 }
 
+void take_signing(Options& o, const std::string& text) {
+  constexpr std::array<const char*, 4> kPolicies = {"off", "require", "accept", "trusted"};
+  std::string rest = text;
+  for (link::SigningPolicy& policy : o.signing) {
+    const std::string word = rest.substr(0, rest.find(','));
+    const auto* found = std::find(kPolicies.begin(), kPolicies.end(), word);
+    if (found == kPolicies.end()) {
+      throw BadOption("--signing " + text + ": write off, require, accept or trusted, for both links or as A,B");
+    }
+    policy = static_cast<link::SigningPolicy>(found - kPolicies.begin());
+    if (rest.size() > word.size()) rest = rest.substr(word.size() + 1);
+  }
+}
+
+void take_signing_key(Options& o, const std::string& path) {
+  std::ifstream file(path);
+  std::string digits;
+  if (!(file >> digits)) throw BadOption("--signing-key " + path + " cannot be read or is empty");
+  link::SigningKey key{};
+  if (digits.size() != 2 * key.size() || digits.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
+    throw BadOption("--signing-key " + path + ": the key is 64 hexadecimal digits");
+  }
+  for (std::size_t i = 0; i < key.size(); ++i) {
+    key[i] = static_cast<std::uint8_t>(std::stoi(digits.substr(2 * i, 2), nullptr, 16));
+  }
+  o.signing_key = key;
+}
+
+void check_signing(const Options& o) {
+  for (const link::SigningPolicy policy : o.signing) {
+    if (policy == link::SigningPolicy::kRequire && !o.signing_key) {
+      throw BadOption("--signing require needs a key: --signing-key FILE");
+    }
+  }
+}
+
 const std::vector<Row>& rows() {
   using S = const std::string&;
   static const std::vector<Row> table = {
@@ -86,6 +124,10 @@ const std::vector<Row>& rows() {
       {"origin", "LAT,LON,ALT", "local origin, degrees and metres (47.397742,8.545594,488)",
        [](Options& o, Given&, S s) { take_origin(o, s); }},
       {"storage", "DIR", "keep parameters and mission here (nowhere)", [](Options& o, Given&, S s) { o.storage = s; }},
+      {"signing", "POLICY", "of links A,B: off, require, accept, trusted (off)",
+       [](Options& o, Given&, S s) { take_signing(o, s); }},
+      {"signing-key", "FILE", "key for --signing, 64 hexadecimal digits (none)",
+       [](Options& o, Given&, S s) { take_signing_key(o, s); }},
       {"log", "FILE.ulg", "write truth, estimate, references and rotor commands (none)",
        [](Options& o, Given&, S s) { o.log = s; }},
       {"port-offboard", "PORT", "our port of the offboard link (14580 + N)",
@@ -154,6 +196,7 @@ Options parse_options(const std::vector<std::string>& arguments) {
   if (options.scenario_called.empty()) options.scenario_called = options.scenario_name;
   options.speed = given.speed.value_or(options.lockstep ? 0.0 : 1.0);
   settle_ports(options, given);
+  check_signing(options);
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "link/signing.hpp"
 #include "sim/scenario.hpp"
 
 namespace halfroll::sitl {
@@ -24,6 +25,8 @@ struct Options {
   std::string storage;  // directory; empty: nothing outlives the process
   std::string log;      // ULog file; empty: none
   std::uint16_t port_offboard = 0, peer_offboard = 0, port_gcs = 0, peer_gcs = 0;
+  std::array<link::SigningPolicy, link::kLinkCount> signing = {};  // link A, link B
+  std::optional<link::SigningKey> signing_key;
   std::string bind = "127.0.0.1";
   std::optional<double> duration;  // [s] of vehicle time
   bool help = false, version = false;

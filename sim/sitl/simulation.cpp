@@ -15,17 +15,17 @@ constexpr std::uint8_t kSevere = 2;               // MAVLink: critical
 constexpr int kServiceMs = 20;                    // wall clock between looks at the links while time stands
 
 Boot boot_from(const Options& options, const host::Storage& storage) {
-  const auto& params = storage.stored(link::StorageSlot::kParams);
-  const auto& mission = storage.stored(link::StorageSlot::kMission);
   Boot boot;
   boot.origin_lat_deg = options.origin_lat_deg;
   boot.origin_lon_deg = options.origin_lon_deg;
   boot.origin_alt_m = options.origin_alt_m;
   boot.px4_identity = options.px4_identity;
-  boot.stored_params = params.data();
-  boot.stored_params_size = params.size();
-  boot.stored_mission = mission.data();
-  boot.stored_mission_size = mission.size();
+  boot.unix_us_at_wall_0 = host::unix_us() - host::wall_us();
+  boot.signing_policies = options.signing;
+  boot.signing_key = options.signing_key;
+  boot.params = storage.stored(link::StorageSlot::kParams);
+  boot.mission = storage.stored(link::StorageSlot::kMission);
+  boot.signing = storage.stored(link::StorageSlot::kSigning);
   return boot;
 }
 
@@ -70,7 +70,7 @@ void Simulation::run() {
 /// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next.
 void Simulation::step(bool listening) {
   Inputs in = sensed(world_);
-  if (listening) in.link = hear();
+  if (listening) in.link = hear(link::kStepDatagrams, link::kStepBytes / 2);
   in.link.wall_us = host::wall_us();
   in.link.stored = stored_;
   stored_ = {};
@@ -94,7 +94,7 @@ Simulation::Ground Simulation::wait_for_ground() {
   ground_heard_us_ = began_us;
   autopilot_.ask_time();
   while (!ending()) {
-    LinkInputs in = hear();
+    LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
     in.stored = stored_;
     stored_ = {};
     carry(autopilot_.service(in));
@@ -118,10 +118,10 @@ Simulation::Ground Simulation::wait_for_ground() {
   return Ground::kEnding;
 }
 
-LinkInputs Simulation::hear() {
+LinkInputs Simulation::hear(std::size_t most, std::size_t most_bytes) {
   LinkInputs in;
   in.wall_us = host::wall_us();
-  const auto& received = links_.receive(in.wall_us);
+  const auto& received = links_.receive(in.wall_us, most, most_bytes);
   in.rx = received.data();
   in.rx_count = received.size();
   return in;

@@ -9,9 +9,9 @@
 #include "autopilot.hpp"
 #include "boards/host/storage.hpp"
 #include "boards/host/udp_links.hpp"
+#include "link/sha256.hpp"
 #include "sim/sitl/flight_log.hpp"
 #include "sim/sitl/options.hpp"
-#include "sim/sitl/sha256.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 #include "sim/world.hpp"
 
@@ -27,14 +27,14 @@ class Simulation {
   void run();
 
   double flown_s() const { return 1e-6 * static_cast<double>(steps_ * kStepUs); }
-  std::string commands_sha256() const { return commands_.hex(); }
+  std::string commands_sha256() const { return commands_.hex().data(); }
 
  private:
   enum class Ground { kAnswered, kSilent, kEnding };
 
   void step(bool listening);
   Ground wait_for_ground();
-  LinkInputs hear();
+  LinkInputs hear(std::size_t most, std::size_t most_bytes);
   void carry(const LinkOutputs& out);
   void reboot();
   void tell_of_crash();
@@ -51,7 +51,7 @@ class Simulation {
   sim::World world_;
 
   link::StorageResult stored_;  // not yet told to the autopilot
-  Sha256 commands_;
+  link::Sha256 commands_;
   std::uint64_t steps_ = 0;
   bool shut_down_ = false, rebooting_ = false;
   bool crash_told_ = false;

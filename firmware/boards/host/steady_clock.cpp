@@ -4,11 +4,19 @@
 
 namespace halfroll::host {
 
-std::uint64_t wall_us() {
+namespace {
+
+std::uint64_t read_us(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(clock, &now);
   return static_cast<std::uint64_t>(now.tv_sec) * 1000000U + static_cast<std::uint64_t>(now.tv_nsec) / 1000U;
 }
+
+}  // namespace
+
+std::uint64_t wall_us() { return read_us(CLOCK_MONOTONIC); }
+
+std::uint64_t unix_us() { return read_us(CLOCK_REALTIME); }
 
 void sleep_until(std::uint64_t us) {
   timespec then{};

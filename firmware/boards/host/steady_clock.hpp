@@ -6,6 +6,9 @@ namespace halfroll::host {
 
 std::uint64_t wall_us();
 
+/// The time of day; for time stamps that others read, never for pacing.
+std::uint64_t unix_us();
+
 /// Sleep until wall_us() reaches `us`; earlier when a signal comes.
 void sleep_until(std::uint64_t us);
 

@@ -1,6 +1,6 @@
-// Parameters and mission over a restart, as files of a directory. Why: a power cut during a write must leave the old
-// file whole, so each write goes to a temporary file, to the disk, then takes the place of the old one.
+// What outlives a restart, as files of a directory: two for each image (boards/two_slots.hpp).
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -16,21 +16,22 @@ class Storage {
   /// throws std::runtime_error if that fails.
   explicit Storage(std::string directory);
 
-  /// Last good image of a slot, empty if there is none.
-  const std::vector<std::uint8_t>& stored(link::StorageSlot slot) const { return slot_image(slot); }
+  /// Last good image of a slot, empty if there is none; valid until the next write.
+  link::StoredImage stored(link::StorageSlot slot) const;
 
   /// Keep a new image; on failure the old one stays.
   link::StorageResult write(const link::StorageRequest& request);
 
  private:
-  bool replace_file(link::StorageSlot slot, const std::uint8_t* bytes, std::size_t size) const;
+  struct Kept {
+    link::StoredState state = link::StoredState::kNothing;
+    std::vector<std::uint8_t> image;
+  };
+
   std::string path(link::StorageSlot slot) const;
-  const std::vector<std::uint8_t>& slot_image(link::StorageSlot slot) const {
-    return slot == link::StorageSlot::kMission ? mission_ : params_;
-  }
 
   std::string directory_;
-  std::vector<std::uint8_t> params_, mission_;
+  std::array<Kept, link::kStorageSlotCount> kept_;  // by slot
 };
 
 }  // namespace halfroll::host

@@ -67,24 +67,26 @@ void UdpLinks::open(Link& link, const std::string& bind_address, UdpPorts ports)
   link.peers[0] = {htonl(INADDR_LOOPBACK), htons(ports.peer), 0};
 }
 
-const std::vector<link::Datagram>& UdpLinks::receive(std::uint64_t wall_us) {
+const std::vector<link::Datagram>& UdpLinks::receive(std::uint64_t wall_us, std::size_t most, std::size_t most_bytes) {
   received_.clear();
-  for (std::uint8_t i = 0; i < link::kLinkCount; ++i) drain(i, wall_us);
+  for (std::uint8_t i = 0; i < link::kLinkCount; ++i) drain(i, wall_us, most, most_bytes);
   return received_;
 }
 
-void UdpLinks::drain(std::uint8_t index, std::uint64_t wall_us) {
+void UdpLinks::drain(std::uint8_t index, std::uint64_t wall_us, std::size_t most, std::size_t most_bytes) {
   Link& link = links_[index];
   for (std::size_t slot = 1; slot < kSlots; ++slot) {
     if (link.peers[slot].address != 0 && wall_us - link.peers[slot].heard_us > kForgetUs) link.peers[slot] = Peer{};
   }
-  for (std::size_t n = 0; n < kAtOnce; ++n) {
+  std::size_t bytes = 0;
+  for (std::size_t n = 0; n < most && bytes < most_bytes; ++n) {
     auto& buffer = buffers_[index * kAtOnce + n];
     sockaddr_in from{};
     socklen_t length = sizeof from;
     const ssize_t size =
         ::recvfrom(link.socket, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
     if (size < 0) return;
+    bytes += static_cast<std::size_t>(size);
     const int slot =
         slot_of(link, {from.sin_addr.s_addr, from.sin_port, wall_us}, buffer.data(), static_cast<std::size_t>(size));
     if (slot < 0) continue;

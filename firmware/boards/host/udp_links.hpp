@@ -26,14 +26,19 @@ struct PortInUse : std::runtime_error {
 
 class UdpLinks {
  public:
+  static constexpr std::size_t kAtOnce = 64;     // datagrams of a link in one receive()
+  static constexpr std::size_t kLongest = 2048;  // bytes
+
   /// Bind both sockets. Throws PortInUse; std::runtime_error for an address that is not this machine's.
   UdpLinks(const std::string& bind_address, const std::array<UdpPorts, link::kLinkCount>& ports);
   UdpLinks(const UdpLinks&) = delete;
   UdpLinks& operator=(const UdpLinks&) = delete;
   ~UdpLinks();
 
-  /// What has arrived, link A first, in order of arrival; valid until the next call. Never waits.
-  const std::vector<link::Datagram>& receive(std::uint64_t wall_us);
+  /// What has arrived, link A first, in order of arrival; valid until the next call. Never waits. Of each link at most
+  /// `most` datagrams, and none more once they are `most_bytes` together: the rest waits in the socket.
+  const std::vector<link::Datagram>& receive(std::uint64_t wall_us, std::size_t most = kAtOnce,
+                                             std::size_t most_bytes = kAtOnce * kLongest);
 
   /// Wait until something arrives, a signal comes or `ms` have passed.
   void wait(int ms) const;
@@ -43,8 +48,6 @@ class UdpLinks {
 
  private:
   static constexpr std::size_t kSlots = 9;
-  static constexpr std::size_t kAtOnce = 64;     // datagrams of a link in one receive()
-  static constexpr std::size_t kLongest = 2048;  // bytes
   static constexpr std::uint64_t kForgetUs = 30000000;
 
   struct Peer {
@@ -59,7 +62,7 @@ class UdpLinks {
 
   void open(Link& link, const std::string& bind_address, UdpPorts ports);
   void close_all();
-  void drain(std::uint8_t index, std::uint64_t wall_us);
+  void drain(std::uint8_t index, std::uint64_t wall_us, std::size_t most, std::size_t most_bytes);
   static int slot_of(Link& link, Peer sender, const std::uint8_t* bytes, std::size_t size);
   static void send_to(const Link& link, const Peer& peer, const link::TxFrame& frame);
 

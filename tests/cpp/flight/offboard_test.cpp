@@ -14,8 +14,8 @@ constexpr std::uint64_t kSecond = 1000000;
 LinkSetpoint good(std::uint32_t stamp_ms = 0) {
   LinkSetpoint s;
   s.thrust = 0.4F;
-  s.stamp_ms = stamp_ms;
-  s.source = 7;
+  s.origin.stamp_ms = stamp_ms;
+  s.origin.source = 7;
   return s;
 }
 
@@ -114,7 +114,7 @@ TEST_CASE("the first good source owns offboard until it has been silent") {
   offboard.enter(0);
   REQUIRE(offboard.accept(good(), 1000, true, params) == nullptr);
   LinkSetpoint other = good();
-  other.source = 8;
+  other.origin.source = 8;
   CHECK(offboard.accept(other, 2000, true, params) != nullptr);
   CHECK(offboard.accept(other, 600000, true, params) == nullptr);
 }

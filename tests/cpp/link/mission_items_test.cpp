@@ -296,3 +296,26 @@ TEST_CASE("every bit of every item counts in the mission id") {
   items[1].p[2] = 0.F;
   CHECK(mission_id(items.data(), 3) == id);
 }
+
+TEST_CASE("the check of a mission that needs many passes comes to the same end in pieces, a few items at a time") {
+  // Each jump leads to the one before, the first to a landing: a pass, from the end, settles one link of the chain.
+  std::vector<MissionItem> items(60);
+  for (std::size_t i = 0; i < items.size(); i += 2) {
+    items[i].command = cmd::kJump;
+    items[i].p = {static_cast<float>(i) - 2.F, 1.F, 0.F, 0.F};
+    items[i + 1].command = cmd::kWaypoint;
+  }
+  items[0].command = cmd::kLand;
+  for (const bool leads_out : {true, false}) {
+    if (!leads_out) items[30].p[0] = 30.F;  // jumps to itself
+    const MissionResult at_once = check_mission(items.data(), 60, 2);
+    CHECK(at_once == (leads_out ? MissionResult::kAccepted : MissionResult::kInvalidParam1));
+    MissionCheck check;
+    check.begin(60, 2);
+    std::optional<MissionResult> result;
+    int pieces = 0;
+    for (; !result; ++pieces) result = check.go_on(items.data(), 7);
+    CHECK(*result == at_once);
+    CHECK(pieces > 9);
+  }
+}

@@ -168,7 +168,7 @@ TEST_CASE("modes are listed as the contract numbers them") {
 
 TEST_CASE("capabilities are exactly those that work") {
   const auto m = shown(msg::kAutopilotVersion, flying(), mavlink_msg_autopilot_version_decode);
-  CHECK(+m.capabilities == 1 + 2 + 4 + 8 + 64 + 2048 + 8192);
+  CHECK(+m.capabilities == 1 + 2 + 4 + 8 + 64 + 128 + 256 + 2048 + 8192);
   CHECK((m.flight_sw_version >> 24U) >= 2);
   CHECK((m.flight_sw_version & 0xFFU) == 0);
   CHECK(+m.uid != 0);

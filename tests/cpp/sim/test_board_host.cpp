@@ -157,37 +157,65 @@ TEST_CASE("a taken port is named") {
   CHECK_THROWS_AS(UdpLinks("nowhere", {{{0, 1}, {0, 1}}}), std::runtime_error);
 }
 
-TEST_CASE("what is stored is there after a restart, and no temporary file is left") {
+Bytes stored(const Storage& storage, link::StorageSlot slot) {
+  const link::StoredImage image = storage.stored(slot);
+  return {image.bytes, image.bytes + image.size};
+}
+
+void flip_a_byte(const std::string& path, std::streamoff offset) {
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekg(offset);
+  const auto byte = static_cast<char>(file.get());
+  file.seekp(offset);
+  file.put(static_cast<char>(byte ^ 0x40));
+}
+
+TEST_CASE("what is stored is there after a restart") {
   const Folder folder;
   const Bytes params = {1, 2, 3}, mission = {4, 5};
   {
     Storage storage(folder.path);
-    CHECK(storage.stored(link::StorageSlot::kParams).empty());
+    CHECK(stored(storage, link::StorageSlot::kParams).empty());
     CHECK(storage.write(keep(link::StorageSlot::kParams, {9})).ok);
     CHECK(storage.write(keep(link::StorageSlot::kParams, params)).ok);
     CHECK(storage.write(keep(link::StorageSlot::kMission, mission)).ok);
   }
   const Storage again(folder.path);
-  CHECK(again.stored(link::StorageSlot::kParams) == params);
-  CHECK(again.stored(link::StorageSlot::kMission) == mission);
-  for (const auto& file : std::filesystem::directory_iterator(folder.path)) CHECK(file.path().extension() == ".bin");
+  CHECK(stored(again, link::StorageSlot::kParams) == params);
+  CHECK(stored(again, link::StorageSlot::kMission) == mission);
+  CHECK(again.stored(link::StorageSlot::kParams).state == link::StoredState::kSound);
+}
+
+TEST_CASE("a store with one corrupt copy starts with the other and says so, with two it is lost") {
+  const Folder folder;
+  {
+    Storage storage(folder.path);
+    CHECK(storage.write(keep(link::StorageSlot::kParams, {1})).ok);
+    CHECK(storage.write(keep(link::StorageSlot::kParams, {2})).ok);
+  }
+  flip_a_byte(folder.path + "/params.1.bin", 32);
+  CHECK(stored(Storage(folder.path), link::StorageSlot::kParams) == Bytes{1});
+  CHECK(Storage(folder.path).stored(link::StorageSlot::kParams).state == link::StoredState::kOtherCopyDamaged);
+  flip_a_byte(folder.path + "/params.0.bin", 3);
+  CHECK(Storage(folder.path).stored(link::StorageSlot::kParams).state == link::StoredState::kLost);
 }
 
 TEST_CASE("a write that fails says so and keeps the old image") {
   const Folder folder;
   Storage storage(folder.path);
   CHECK(storage.write(keep(link::StorageSlot::kParams, {1})).ok);
-  std::filesystem::create_directories(folder.path + "/params.bin.new");  // in the way of the temporary file
+  std::filesystem::remove(folder.path + "/params.1.bin");
+  std::filesystem::create_directories(folder.path + "/params.1.bin");  // in the way of the other copy
   CHECK_FALSE(storage.write(keep(link::StorageSlot::kParams, {2})).ok);
-  CHECK(storage.stored(link::StorageSlot::kParams) == Bytes{1});
-  CHECK(Storage(folder.path).stored(link::StorageSlot::kParams) == Bytes{1});
+  CHECK(stored(storage, link::StorageSlot::kParams) == Bytes{1});
+  CHECK(stored(Storage(folder.path), link::StorageSlot::kParams) == Bytes{1});
 }
 
 TEST_CASE("without a directory nothing outlives the process, yet a reboot finds it") {
   Storage storage("");
   CHECK(storage.write(keep(link::StorageSlot::kMission, {7})).ok);
-  CHECK(storage.stored(link::StorageSlot::kMission) == Bytes{7});
-  CHECK(Storage("").stored(link::StorageSlot::kMission).empty());
+  CHECK(stored(storage, link::StorageSlot::kMission) == Bytes{7});
+  CHECK(stored(Storage(""), link::StorageSlot::kMission).empty());
 }
 
 TEST_CASE("a file where the directory should be is refused") {

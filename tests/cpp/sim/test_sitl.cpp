@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "link/sha256.hpp"
 #include "sim/sitl/bad_option.hpp"
 #include "sim/sitl/options.hpp"
 #include "sim/sitl/scenario_file.hpp"
-#include "sim/sitl/sha256.hpp"
 #include "sim/sitl/status_text.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
@@ -18,9 +18,9 @@ using namespace halfroll::sitl;
 namespace {
 
 std::string sha256(const std::string& text) {
-  Sha256 hash;
+  link::Sha256 hash;
   hash.add(text.data(), text.size());
-  return hash.hex();
+  return hash.hex().data();
 }
 
 template <typename Act>
@@ -54,9 +54,9 @@ TEST_CASE("SHA-256 agrees with the vectors of FIPS 180") {
 }
 
 TEST_CASE("a float is hashed as four bytes, lowest first") {
-  Sha256 hash;
+  link::Sha256 hash;
   hash.add_float(1.5F);
-  CHECK(hash.hex() == sha256(std::string("\x00\x00\xc0\x3f", 4)));
+  CHECK(std::string(hash.hex().data()) == sha256(std::string("\x00\x00\xc0\x3f", 4)));
 }
 
 TEST_CASE("firmware and world are built from the same shipped numbers") {

@@ -1,8 +1,8 @@
-#include "sim/sitl/sha256.hpp"
+#include "link/sha256.hpp"
 
 #include <cstring>
 
-namespace halfroll::sitl {
+namespace halfroll::link {
 namespace {
 
 constexpr std::array<std::uint32_t, 64> kRound = {
@@ -60,7 +60,7 @@ void Sha256::compress() {
   for (std::size_t i = 0; i < 8; ++i) hash_[i] += change[i];
 }
 
-std::string Sha256::hex() const {
+std::array<std::uint8_t, 32> Sha256::digest() const {
   Sha256 padded = *this;
   const std::uint64_t bits = size_ * 8;
   const std::uint8_t one = 0x80, zero = 0;
@@ -70,12 +70,22 @@ std::string Sha256::hex() const {
     const auto byte = static_cast<std::uint8_t>(bits >> static_cast<unsigned>(shift));
     padded.add(&byte, 1);
   }
+  std::array<std::uint8_t, 32> out{};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = static_cast<std::uint8_t>(padded.hash_[i / 4] >> (24U - 8U * static_cast<unsigned>(i % 4)));
+  }
+  return out;
+}
+
+std::array<char, 65> Sha256::hex() const {
   static constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (const std::uint32_t word : padded.hash_) {
-    for (int shift = 28; shift >= 0; shift -= 4) text += kDigits[(word >> static_cast<unsigned>(shift)) & 15U];
+  std::array<char, 65> text{};
+  const std::array<std::uint8_t, 32> bytes = digest();
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    text[2 * i] = kDigits[bytes[i] >> 4U];
+    text[2 * i + 1] = kDigits[bytes[i] & 15U];
   }
   return text;
 }
 
-}  // namespace halfroll::sitl
+}  // namespace halfroll::link

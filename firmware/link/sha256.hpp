@@ -1,19 +1,21 @@
-// SHA-256 (FIPS 180-4). Why: one line tells whether two flights gave the rotors the same commands, bit for bit.
+// SHA-256 (FIPS 180-4). Why: signatures of frames, and one line that tells whether two flights gave the rotors the same
+// commands, bit for bit.
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
-namespace halfroll::sitl {
+namespace halfroll::link {
 
 class Sha256 {
  public:
   void add(const void* bytes, std::size_t size);
   /// Its four bytes, lowest first, whatever the machine's order.
   void add_float(float x);
-  /// Digest of what was added so far, 64 lower-case hexadecimal digits; more may be added afterwards.
-  std::string hex() const;
+  /// Of what was added so far; more may be added afterwards.
+  std::array<std::uint8_t, 32> digest() const;
+  /// The same as 64 lower-case hexadecimal digits, terminated.
+  std::array<char, 65> hex() const;
 
  private:
   void compress();
@@ -24,4 +26,4 @@ class Sha256 {
   std::uint64_t size_ = 0;  // [bytes], all blocks
 };
 
-}  // namespace halfroll::sitl
+}  // namespace halfroll::link
