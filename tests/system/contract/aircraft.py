@@ -188,8 +188,8 @@ class Aircraft:
         return self._clients[-1]
 
     def serve(self, rx: bytes = b"", link: int = B, slot: int = 0) -> None:
-        """Bytes in while no time passes; once more, for what waited for the storage."""
-        for bytes_in in (rx, b""):
+        """Bytes in while no time passes; then nothing, as often as checking and storing a long mission need."""
+        for bytes_in in (rx, *[b""] * 12):
             self._deliver(self.autopilot.service(bytes_in, link, slot, self.wall_us))
 
     def stand(self, wall_s: float, period_s: float = 0.02) -> None:
