@@ -42,7 +42,7 @@ Mat3 minus_cross_matrix(const Vec3& w) {
 }  // namespace
 
 // Turning the present attitude by an error turns what the specific force did since `then`, about now. Process noise and
-// bias errors within `age` are left out: at 60 ms they are a hundredth of a millimetre and of a millimetre per second.
+// bias errors within `age` are left out: at 60 ms a gyro bias of 0.02 rad/s is a milliradian until it is learnt.
 Observation<3> late_position(const Motion& then, const Motion& now, float age) {
   const Vec3 back = then.p_WB - now.p_WB + age * now.v_WB + Vec3(0.F, 0.F, 0.5F * kGravity * age * age);
   Observation<3> seen;
