@@ -9,8 +9,6 @@
 #include "kernel/interior_point.hpp"
 #include "kernel/peaks.hpp"
 
-PYBIND11_MAKE_OPAQUE(halfroll::planner::Tightening)
-
 void bind_closed_form(pybind11::module_& m);
 
 namespace {
@@ -184,8 +182,6 @@ void bind_problem(py::module_& m) {
 }
 
 void bind_solver(py::module_& m) {
-  py::class_<Tightening>(m, "Tightening", "What repair has added to the limits.").def(py::init<>());
-
   py::class_<Certificate>(m, "Certificate",
                           "Whether all limits hold at every time, and where that could not be proven.")
       .def_readonly("proven", &Certificate::proven)
@@ -197,33 +193,28 @@ void bind_solver(py::module_& m) {
 
   m.def(
       "minimise_time",
-      [](const Problem& problem, const Constraints& constraints, const Tightening& tightening, int samples,
-         double barrier_start, double barrier_end, int iterations, double duration_min, double shift, double curvature,
-         const Progress& progress) {
+      [](const Problem& problem, const Constraints& constraints, int samples, double gap_start, double gap_end,
+         double gap_factor, double negligible, int iterations, double duration_min, double shift, double curvature,
+         double spare, const Progress& progress) {
         SolverSettings settings;
         settings.samples = samples;
-        settings.barrier_start = barrier_start;
-        settings.barrier_end = barrier_end;
+        settings.gap_start = gap_start;
+        settings.gap_end = gap_end;
+        settings.gap_factor = gap_factor;
+        settings.negligible = negligible;
         settings.iterations = iterations;
         settings.duration_min = duration_min;
         settings.shift = shift;
         settings.curvature = curvature;
-        Solution solution = minimise_time(problem, constraints, tightening, settings, progress);
+        settings.spare = spare;
+        Solution solution = minimise_time(problem, constraints, settings, progress);
         Problem improved = problem;
         improved.start = std::move(solution.trajectory);
         return py::make_tuple(improved, solution.feasible, solution.interrupted, solution.iterations);
       },
-      "problem"_a, "constraints"_a, "tightening"_a, py::kw_only(), "samples"_a, "barrier_start"_a, "barrier_end"_a,
-      "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "progress"_a,
+      "problem"_a, "constraints"_a, py::kw_only(), "samples"_a, "gap_start"_a, "gap_end"_a, "gap_factor"_a,
+      "negligible"_a, "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "spare"_a, "progress"_a,
       "(problem with the better trajectory, feasible at its samples, interrupted, iterations)");
-
-  m.def(
-      "tighten_around_peaks",
-      [](const Problem& problem, const Constraints& constraints, int samples, double spare, Tightening& tightening) {
-        return tighten_around_peaks(problem.start, problem, constraints, samples, spare, tightening);
-      },
-      "problem"_a, "constraints"_a, "samples"_a, "spare"_a, "tightening"_a,
-      "The least relative margin between the samples; tightening is raised where it is below spare.");
 
   m.def(
       "rotor_range",

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Tightening', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'rotor_slopes', 'tighten_around_peaks']
+__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'rotor_slopes']
 class Vehicle:
     """
     What thrust depends on; SI, inertia (3,) about body axes.
@@ -101,12 +101,6 @@ class Problem:
     @property
     def total(self) -> float:
         ...
-class Tightening:
-    """
-    What repair has added to the limits.
-    """
-    def __init__(self) -> None:
-        ...
 class Certificate:
     """
     Whether all limits hold at every time, and where that could not be proven.
@@ -183,7 +177,7 @@ def closed_forms(nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     """
     Coefficients (B, n-1, 10, 4) for B sets of durations (B, n-1); None if one has none.
     """
-def minimise_time(problem: Problem, constraints: Constraints, tightening: Tightening, *, samples: typing.SupportsInt | typing.SupportsIndex, barrier_start: typing.SupportsFloat | typing.SupportsIndex, barrier_end: typing.SupportsFloat | typing.SupportsIndex, iterations: typing.SupportsInt | typing.SupportsIndex, duration_min: typing.SupportsFloat | typing.SupportsIndex, shift: typing.SupportsFloat | typing.SupportsIndex, curvature: typing.SupportsFloat | typing.SupportsIndex, progress: collections.abc.Callable[[float], bool]) -> tuple[Problem, bool, bool, int]:
+def minimise_time(problem: Problem, constraints: Constraints, *, samples: typing.SupportsInt | typing.SupportsIndex, gap_start: typing.SupportsFloat | typing.SupportsIndex, gap_end: typing.SupportsFloat | typing.SupportsIndex, gap_factor: typing.SupportsFloat | typing.SupportsIndex, negligible: typing.SupportsFloat | typing.SupportsIndex, iterations: typing.SupportsInt | typing.SupportsIndex, duration_min: typing.SupportsFloat | typing.SupportsIndex, shift: typing.SupportsFloat | typing.SupportsIndex, curvature: typing.SupportsFloat | typing.SupportsIndex, spare: typing.SupportsFloat | typing.SupportsIndex, progress: collections.abc.Callable[[float], bool]) -> tuple[Problem, bool, bool, int]:
     """
     (problem with the better trajectory, feasible at its samples, interrupted, iterations)
     """
@@ -194,8 +188,4 @@ def rotor_range(problem: Problem, constraints: Constraints, samples: typing.Supp
 def rotor_slopes(flat: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], vehicle: Vehicle) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
     """
     Rotor thrusts (S, 4) and slopes (S, 4, 12) over flat (S, 12): acceleration, jerk, snap, yaw and its two derivatives; thrust upward.
-    """
-def tighten_around_peaks(problem: Problem, constraints: Constraints, samples: typing.SupportsInt | typing.SupportsIndex, spare: typing.SupportsFloat | typing.SupportsIndex, tightening: Tightening) -> float:
-    """
-    The least relative margin between the samples; tightening is raised where it is below spare.
     """

@@ -127,8 +127,9 @@ def _spared(limits: Limits, points: Sequence[CourseNode]) -> Limits:
 def _kernel_limits(limits: Limits, vehicle: Vehicle, yaw: Yaw, vertical: bool) -> kernel.Limits:
     signed = vertical and vehicle.variable_pitch
     force_min, force_z_min = limits.force_min, limits.force_z_min
-    if vehicle.variable_pitch and force_z_min is None:
-        force_min = max(force_min or 0.0, _FORCE_MIN * vehicle.weight)
+    floor = _FORCE_MIN * vehicle.weight
+    if vehicle.variable_pitch and force_z_min is None and 4.0 * limits.rotor_min < floor:  # else the rotors see to it
+        force_min = max(force_min or 0.0, floor)
     return kernel.Limits(
         rotor_min=limits.rotor_min,
         rotor_max=limits.rotor_max,

@@ -34,53 +34,55 @@ Mode = Literal["fast", "best"]
 FREE_YAW = Yaw("free")
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _SPARE = 1e-5  # relative margin left for the proof
-_REPAIRS = 8
+_SPARES = 4  # times as much is asked where the proof fails, so many times
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
-# Where the barrier starts [s], and below which relative margin the limits start shifted:
-_COLD, _REFINED, _REPAIR, _OTHER_LIMITS = (1e-2, 0.02), (1e-4, 0.01), (5e-5, 0.003), (1e-3, 0.02)
-_REPAIR_STEPS = 120
-_STRETCHED_AWAY = 4e-4  # relative
+# Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
+# shifted:
+_COLD, _REFINED, _REPAIR, _OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.02, 0.003), (1.0, 0.02)
 _FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
 _ROOM = 0.01  # relative margin at which the start needs no more slowing down
 _STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
 _SLOWINGS = (1.0, 1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
 _MORE_TIME = (1.01, 1.03, 1.1)  # for legs after a given time of arrival
-_HOPELESS = 0.05  # relative excess after three repairs
 
 
 @dataclass(frozen=True)
 class _Rung:
-    """One level of refinement: pieces a leg, samples a piece, where the barrier ends, at most so many steps."""
+    """One level of refinement: pieces a leg, samples a piece, what the barrier may cost in the end (share of the time),
+    at most so many steps."""
 
     pieces: int
     samples: int
-    barrier_end: float
+    gap: float
     steps: int
+    negligible: float = 3e-5  # a step that promises less, as a share of the time, ends a stage
 
 
 @dataclass(frozen=True)
 class _Recipe:
     ladder: tuple[_Rung, ...]
     tied: bool  # the pieces of a leg keep their shares of its time
-    curvature: float = (
-        0.25  # share of the constraints' curvature: 0 takes more but cheaper steps, 1 is often indefinite
-    )
+    two_starts: bool = False  # variable pitch also from its own start, not only from the fixed-pitch flight
+    gap_factor: float = 0.15  # from stage to stage
+    curvature: float = 0.4  # share of the constraints': 0 takes more but cheaper steps, 1 is often indefinite
 
 
 def _recipe(mode: Mode, legs: int) -> _Recipe:
-    """Short courses get many knots, whose times are free; long ones few."""
-    coarse = _Rung(1, 48, 1e-3, 60)
+    """Short courses get many knots, on one or two legs with free times; long ones few. The first level need not be
+    exact: where it stops, the next begins."""
+    coarse = _Rung(1, 16, 0.3, 60, 3e-4)
     ladder: tuple[_Rung, ...]
     if legs <= 2:
-        ladder = (coarse, _Rung(4, 32, 1e-5, 100), _Rung(8, 32, 3e-6, 150))
+        ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4), _Rung(8, 24, 1e-3, 150))
         return _Recipe(ladder if mode == "best" else ladder[:2], tied=False)
     if legs <= 8:
-        ladder = (coarse, _Rung(2, 32, 1e-4, 60), _Rung(4, 32, 3e-5, 80), _Rung(8, 24, 2e-6, 150))
-        return _Recipe(ladder if mode == "best" else (coarse, replace(ladder[1], barrier_end=1e-5)), tied=True)
+        if mode == "fast":
+            return _Recipe((coarse, _Rung(3, 16, 3e-3, 120, 1e-4)), tied=True)
+        return _Recipe((coarse, _Rung(4, 16, 2e-2, 120, 3e-4), _Rung(8, 24, 1e-3, 150)), tied=True, two_starts=True)
     if legs <= 100:
-        ladder = (coarse, _Rung(2, 32, 1e-5, 100), _Rung(4, 24, 5e-6, 120))
+        ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4), _Rung(4, 16, 2e-3, 150))
         return _Recipe(ladder if mode == "best" else ladder[:2], tied=True)
-    return _Recipe((_Rung(1, 32, 1e-4, 60),), tied=True, curvature=0.0)
+    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-4),), tied=True)
 
 
 @dataclass
@@ -99,21 +101,23 @@ class _Search:
         constraints: kernel.Constraints,
         rung: _Rung,
         start: tuple[float, float],
-        tightening: kernel.Tightening | None = None,
+        spare: float = 0.0,
     ) -> kernel.Problem:
         """The solver, once; the problem itself if it is stopped before it has found anything inside the limits."""
-        barrier, shift = start
+        gap, shift = start
         better, feasible, interrupted, _ = kernel.minimise_time(
             problem,
             constraints,
-            kernel.Tightening() if tightening is None else tightening,
             samples=rung.samples,
-            barrier_start=barrier,
-            barrier_end=rung.barrier_end,
+            gap_start=gap,
+            gap_end=rung.gap,
+            gap_factor=self.recipe.gap_factor,
+            negligible=rung.negligible,
             iterations=rung.steps,
             duration_min=_DURATION_MIN[problem.tied],
             shift=shift,
             curvature=self.recipe.curvature,
+            spare=spare,
             progress=self._told,
         )
         self.interrupted |= interrupted
@@ -133,7 +137,7 @@ class _Search:
             start.tied = tied
             better = None
             for rung, problem in self.climb(start, constraints, ladder):
-                if rung is ladder[-1] or (self.every_rung and rung is not ladder[0]):
+                if self.may_be_flown(rung, ladder):
                     better = _shorter(better, self.repaired(problem, constraints, rung))
             if better is not None or self.interrupted:
                 break
@@ -144,15 +148,20 @@ class _Search:
     def climb(
         self, problem: kernel.Problem, constraints: kernel.Constraints, ladder: Sequence[_Rung]
     ) -> Iterator[tuple[_Rung, kernel.Problem]]:
-        """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended."""
+        """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended. Those
+        that may be flown look between their samples too."""
         pieces = 1
         for k, rung in enumerate(ladder):
             if self.interrupted:
                 break
             problem = problem.split(rung.pieces // pieces)
             pieces = rung.pieces
-            problem = self.minimise(problem, constraints, rung, _COLD if k == 0 else _REFINED)
+            spare = _SPARE if self.may_be_flown(rung, ladder) else 0.0
+            problem = self.minimise(problem, constraints, rung, _COLD if k == 0 else _REFINED, spare)
             yield rung, problem
+
+    def may_be_flown(self, rung: _Rung, ladder: Sequence[_Rung]) -> bool:
+        return rung is ladder[-1] or (self.every_rung and rung is not ladder[0])
 
     def proven(self, problem: kernel.Problem, constraints: kernel.Constraints) -> bool:
         return kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints).proven
@@ -160,24 +169,16 @@ class _Search:
     def repaired(self, problem: kernel.Problem, constraints: kernel.Constraints, rung: _Rung) -> kernel.Problem | None:
         """The problem with a trajectory that is proven to stay inside the limits, or None.
 
-        Peaks between the samples are pressed down by asking more around them and solving on; what is left of them in
-        the end is below a thousandth of a limit, and is stretched away.
+        Where the proof fails the solver goes on with more to spare; what is left then is stretched away.
         """
-        rung = replace(rung, steps=_REPAIR_STEPS)
-        tightening, spare = kernel.Tightening(), _SPARE
-        for k in range(_REPAIRS):
-            least = kernel.tighten_around_peaks(problem, constraints, rung.samples, spare, tightening)
-            if least >= 0.5 * spare:
-                if self.proven(problem, constraints):
-                    return problem
-                spare *= 4.0
-            elif k > 0 and least > -_STRETCHED_AWAY:
-                slower = self._slowed(problem, constraints, rung.samples, _STRETCHES)
-                if slower is not None:
-                    return slower
-            if self.interrupted or (k > 2 and least < -_HOPELESS):
+        spare = _SPARE
+        for _ in range(_SPARES):
+            if self.proven(problem, constraints):
+                return problem
+            if self.interrupted:
                 break
-            problem = self.minimise(problem, constraints, rung, _REPAIR, tightening)
+            spare *= 4.0
+            problem = self.minimise(problem, constraints, rung, _REPAIR, spare)
         return self._slowed(problem, constraints, rung.samples, _STRETCHES)
 
     def _slowed(
@@ -332,16 +333,16 @@ def _stretch_planned(
         tried.insert(0, replace(limits, rotor_min=push))
     found: kernel.Problem | None = None
     for now in tried:
-        better: kernel.Problem | None = None
         constraints = setup.constraints(now)
+        flights: list[kernel.Problem | None] = [found]
         if found is not None and not setup.vertical:
-            problem = search.minimise(found, constraints, search.recipe.ladder[-1], _OTHER_LIMITS)
-            better = search.repaired(problem, constraints, search.recipe.ladder[-1])
-        else:
+            rung = search.recipe.ladder[-1]
+            problem = search.minimise(found, constraints, rung, _OTHER_LIMITS, _SPARE)
+            flights.append(search.repaired(problem, constraints, rung))
+        if len(flights) == 1 or (search.recipe.two_starts and not search.interrupted):
             start = _warm_start(setup, constraints)
-            better = search.planned(start, constraints)
-        if better is not None and (found is None or better.total < found.total):
-            found = better
+            flights.append(search.planned(start, constraints))
+        found = min((flight for flight in flights if flight is not None), key=lambda flight: flight.total, default=None)
         if search.interrupted:
             break
     if found is None:

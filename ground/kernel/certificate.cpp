@@ -9,7 +9,7 @@ namespace {
 
 constexpr int P = TaylorModel::kDegree;
 constexpr int kDeepest = 12;  // halvings of a piece
-constexpr int kFirstParts = 8;
+constexpr int kFirstParts = 4;
 
 /// Bernstein coefficients of the powers of t on [-1, 1].
 std::array<std::array<double, P + 1>, P + 1> bernstein() {
@@ -196,7 +196,7 @@ Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<d
     std::vector<Bound> on_piece;
     for (int b = 0; b < bounds; ++b) on_piece.push_back(constraints.on_piece(b, limits[k]));
     std::vector<Part> open;
-    for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 3});
+    for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 2});
     while (!open.empty()) {
       const Part part = open.back();
       open.pop_back();

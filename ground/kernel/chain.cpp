@@ -9,6 +9,7 @@ namespace halfroll::planner {
 namespace {
 
 constexpr int kPacks = kFront / Pack::kWidth;
+constexpr double kLeast = 1e-5, kRaise = 5.0, kForget = 0.1, kMost = 1e9;  // of a piece's own damping
 
 /// matrix -= row' row in the upper triangle, rows from `first` on.
 HALFROLL_WIDE void take_away(double* matrix, const double* row, int first) {
@@ -36,7 +37,9 @@ HALFROLL_WIDE void take_away_multiple(double* a, const double* b, double factor)
 
 }  // namespace
 
-Chain::Chain(std::vector<int> group) : group_(std::move(group)), fronts_(group_.size()) { rows_.reserve(size()); }
+Chain::Chain(std::vector<int> group) : group_(std::move(group)), fronts_(group_.size()), more_(group_.size()) {
+  rows_.reserve(size());
+}
 
 bool Chain::eliminate(Front& front, int piece, int place, double damping) {
   rows_.emplace_back();
@@ -64,27 +67,39 @@ bool Chain::eliminate(Front& front, int piece, int place, double damping) {
 
 bool Chain::factorise(double damping) {
   rows_.clear();
-  Front front, carried{};  // what was left to the right node and the durations, at their places as left node's
+  Front start, carried{};  // what was left to the right node and the durations
   for (int k = 0; k < pieces(); ++k) {
-    front = fronts_[k];
+    start = fronts_[k];
     for (int i = 0; i < kNode; ++i) {
-      for (int j = i; j < kNode; ++j) front(i, j) += carried(kNode + i, kNode + j);
-      for (int j = kTimes; j < kFrontUsed; ++j) front(i, j) += carried(kNode + i, j);
+      for (int j = i; j < kNode; ++j) start(i, j) += carried(kNode + i, kNode + j);
+      for (int j = kTimes; j < kFrontUsed; ++j) start(i, j) += carried(kNode + i, j);
     }
     for (int i = kTimes; i < kFrontUsed; ++i) {
-      for (int j = i; j < kFrontUsed; ++j) front(i, j) += carried(i, j);
+      for (int j = i; j < kFrontUsed; ++j) start(i, j) += carried(i, j);
     }
-    const bool last = k + 1 == pieces();
-    for (int i = 0; i < (last ? kTimes : kNode); ++i) {
-      if (!eliminate(front, k, i, damping)) return false;
+    const std::size_t before = rows_.size();
+    double& own = more_[k];
+    own = own * kForget < kLeast ? 0.0 : own * kForget;
+    for (;;) {
+      carried = start;
+      if (leave(carried, k, damping + own)) break;
+      rows_.resize(before);
+      own = std::max(kRaise * own, kLeast);
+      if (own > kMost) return false;
     }
-    if ((last || group_[k + 1] != group_[k]) && group_[k] > 0) {
-      if (!eliminate(front, k, place(group_[k] - 1), damping)) return false;
-    }
-    if (last && !eliminate(front, k, place(group_[k]), damping)) return false;
-    carried = front;
   }
   return true;
+}
+
+bool Chain::leave(Front& front, int k, double damping) {
+  const bool last = k + 1 == pieces();
+  for (int i = 0; i < (last ? kTimes : kNode); ++i) {
+    if (!eliminate(front, k, i, damping)) return false;
+  }
+  if ((last || group_[k + 1] != group_[k]) && group_[k] > 0) {
+    if (!eliminate(front, k, place(group_[k] - 1), damping)) return false;
+  }
+  return !last || eliminate(front, k, place(group_[k]), damping);
 }
 
 void Chain::load(const Eigen::VectorXd& x, int k, double* front) const {

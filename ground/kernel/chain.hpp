@@ -36,9 +36,10 @@ class Chain {
 
   /// What a piece adds to the matrix.
   Front& piece(int k) { return fronts_[k]; }
-  /// Factorises the sum over pieces + damping I; false if that is not positive definite.
+  /// Factorises the sum over pieces + damping I. Where that is not positive definite the unknowns that a piece leaves
+  /// behind are damped more, and no others. False if nothing helps.
   bool factorise(double damping);
-  /// x of (matrix + damping I) x = b, after factorise.
+  /// x of (matrix + damping) x = b, after factorise.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
 
  private:
@@ -47,12 +48,15 @@ class Chain {
     double inverse;                      // of the diagonal
     int piece, place;
   };
+  /// Eliminates what ends with a piece; the front then holds what goes on.
+  bool leave(Front& front, int piece, double damping);
   bool eliminate(Front& front, int piece, int place, double damping);
   void load(const Eigen::VectorXd& x, int piece, double* front) const;
 
   std::vector<int> group_;
   std::vector<Front> fronts_;
-  std::vector<Row> rows_;  // in the order of elimination
+  std::vector<double> more_;  // damping of a piece's own, as it was needed last
+  std::vector<Row> rows_;     // in the order of elimination
 };
 
 }  // namespace halfroll::planner

@@ -5,6 +5,7 @@
 
 #include "chain.hpp"
 #include "pack.hpp"
+#include "peaks.hpp"
 #include "piece_system.hpp"
 
 namespace halfroll::planner {
@@ -15,10 +16,11 @@ using Eigen::VectorXd;
 
 constexpr double kShiftSmall = 1e-3;      // mu is not reduced while shifts are larger
 constexpr double kDecrement = 10.0;       // mu is reduced once the Newton decrement is below this times mu
-constexpr double kNegligible = 3e-5;      // or below this share of the total time
 constexpr double kLongestTimeStep = 0.5;  // of a log duration
 constexpr double kBoundary = 0.01;        // share of a margin that a step must leave
-constexpr int kCuts = 7, kRetries = 12;
+constexpr int kCuts = 7, kRetries = 12, kRounds = 8;
+constexpr double kLongBefore = 1.002;
+constexpr double kShiftCost = 3.0;  // times a bound's multiplier
 constexpr double kCut = 0.6;
 constexpr double kLong = 0.4;  // a step at least this long may end a stage of mu
 
@@ -50,15 +52,14 @@ HALFROLL_WIDE double log_sum(const double* x, int count) {
 
 class InteriorPoint {
  public:
-  InteriorPoint(const Problem& problem, const Constraints& constraints, const Tightening& tightening,
-                const SolverSettings& settings)
+  InteriorPoint(const Problem& problem, const Constraints& constraints, const SolverSettings& settings)
       : problem_(problem),
         constraints_(constraints),
-        tightening_(tightening),
         settings_(settings),
         table_(settings.samples, constraints.limits_rates()),
         unknowns_(problem),
         assembly_(constraints, table_),
+        fine_(constraints, settings.samples),
         hessian_(unknowns_.group()),
         bounds_(static_cast<int>(constraints.bounds().size())) {
     for (int k = 0; k < problem.pieces(); ++k) {
@@ -69,17 +70,20 @@ class InteriorPoint {
   Solution solve(const Progress& progress) {
     Solution best;
     best.trajectory = problem_.start;
-    mu_ = settings_.barrier_start;
+    const double bounds = static_cast<double>(problem_.pieces()) * settings_.samples * bounds_;
+    const double barrier_end = settings_.gap_end * problem_.start.total() / bounds;
+    mu_ = settings_.gap_start * problem_.start.total() / bounds;
     if (!begin()) return best;
     double fastest = std::numeric_limits<double>::infinity();
+    const auto keep = [&] {
+      if (sum(now_.durations) > fastest) return;
+      fastest = sum(now_.durations);
+      best_point_ = now_.point;
+      best.feasible = true;
+    };
+    int rounds = 0;
     for (best.iterations = 0; best.iterations < settings_.iterations; ++best.iterations) {
-      const double least = least_margin();
-      const double total = sum(now_.durations);
-      if (least >= 0.0 && total <= fastest) {
-        fastest = total;
-        best_point_ = now_.point;
-        best.feasible = true;
-      }
+      if (settings_.spare == 0.0 && least_margin() >= 0.0) keep();
       if (progress && !progress(fastest)) {
         best.interrupted = true;
         break;
@@ -90,17 +94,24 @@ class InteriorPoint {
         if (++stuck_ > 3) break;
         continue;
       }
-      if (decrement_ < std::max(kDecrement * mu_ * std::max(1.0, problem_.pieces() / 100.0),
-                                kNegligible * sum(now_.durations)) &&
-          length_ >= kLong && largest_shift_ < kShiftSmall) {
-        if (mu_ <= settings_.barrier_end && largest_shift_ == 0.0) break;
-        mu_ = std::max(mu_ * settings_.barrier_factor, settings_.barrier_end);
+      if (decrement_ > std::max(kDecrement * mu_ * std::max(1.0, problem_.pieces() / 100.0),
+                                settings_.negligible * sum(now_.durations)) ||
+          length_ < kLong || largest_shift_ > kShiftSmall) {
+        continue;
+      }
+      const bool last = mu_ <= barrier_end && largest_shift_ == 0.0;
+      mu_ = std::max(mu_ * settings_.gap_factor, barrier_end);
+      if (settings_.spare > 0.0) {
+        const double least = look_between();
+        if (least >= 0.0) keep();
+        if (last && (least >= 0.5 * settings_.spare || ++rounds == kRounds)) break;
+      } else if (last) {
+        break;
       }
     }
-    if (least_margin() >= 0.0 && sum(now_.durations) <= fastest) {
-      best_point_ = now_.point;
-      best.feasible = true;
-    }
+    if (settings_.spare > 0.0 ? look_between() >= 0.0 : least_margin() >= 0.0) keep();
+    // One that sticks out by little is worth more than one from long before.
+    if (!best.interrupted && fastest > kLongBefore * sum(now_.durations)) best.feasible = false;
     best.trajectory = unknowns_.trajectory(best.feasible ? best_point_ : now_.point);
     return best;
   }
@@ -125,7 +136,7 @@ class InteriorPoint {
       const Bound& at = bound(k, b);
       piece.slack.col(b).array() = at.sign / at.scale * (piece.values.col(at.row).array() - at.limit);
     }
-    if (!tightening_.empty()) piece.slack -= tightening_[k];
+    piece.slack -= tightening_[k];
     return true;
   }
 
@@ -139,14 +150,16 @@ class InteriorPoint {
     slopes_.resize(problem_.pieces());
     time_dual_ = VectorXd(problem_.pieces());
     for (double T : now_.durations) settings_.duration_min = std::min(settings_.duration_min, 0.5 * T);
+    tightening_.assign(problem_.pieces(), MatrixXd::Zero(settings_.samples, bounds_));
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!evaluate_piece(now_, k)) return false;
       MatrixXd& slack = now_.pieces[k].slack;
       shift_[k] = (settings_.shift - slack.array()).max(0.0);
       slack += shift_[k];
-      dual_[k] = mu_ / slack.array();
       time_dual_[k] = mu_ / (now_.durations[k] - settings_.duration_min);
     }
+    if (settings_.spare > 0.0) look_between();
+    for (int k = 0; k < problem_.pieces(); ++k) dual_[k] = mu_ / now_.pieces[k].slack.array();
     trial_.pieces.resize(problem_.pieces());
     return true;
   }
@@ -154,6 +167,46 @@ class InteriorPoint {
   double least_margin() const {
     double least = std::numeric_limits<double>::infinity();
     for (int k = 0; k < problem_.pieces(); ++k) least = std::min(least, (now_.pieces[k].slack - shift_[k]).minCoeff());
+    return least;
+  }
+
+  /// Of a piece at its samples, whatever is asked of them.
+  MatrixXd margins(int k) const { return now_.pieces[k].slack - shift_[k] + tightening_[k]; }
+
+  /// Asks for as much more at the samples as the margins fall between them; returns the least margin between samples.
+  double look_between() {
+    double least = std::numeric_limits<double>::infinity();
+    std::vector<MatrixXd> asked(problem_.pieces(), MatrixXd::Constant(settings_.samples, bounds_, settings_.spare));
+    for (int k = 0; k < problem_.pieces(); ++k) {
+      if (!fine_.look(unknowns_.ends(now_.point, now_.durations, k), now_.durations[k], problem_.limits[k],
+                      &bound(k, 0))) {
+        return -std::numeric_limits<double>::infinity();
+      }
+      const MatrixXd at = margins(k), &between = fine_.least();
+      const bool last = k + 1 == problem_.pieces();
+      const MatrixXd next = last ? MatrixXd() : margins(k + 1);
+      for (int b = 0; b < bounds_; ++b) {
+        for (int i = 0; i < fine_.intervals(); ++i) {
+          const bool inner = i + 1 < settings_.samples;
+          const double after = inner ? at(i + 1, b) : last ? at(i, b) : next(0, b);
+          const double ends = std::min(at(i, b), after);
+          least = std::min({least, ends, between(i, b)});
+          const double more = std::max(0.0, ends - between(i, b)) + settings_.spare;
+          asked[k](i, b) = std::max(asked[k](i, b), more);
+          if (inner) asked[k](i + 1, b) = std::max(asked[k](i + 1, b), more);
+          if (!inner && !last) asked[k + 1](0, b) = std::max(asked[k + 1](0, b), more);
+        }
+      }
+    }
+    largest_shift_ = 0.0;
+    for (int k = 0; k < problem_.pieces(); ++k) {
+      auto slack = now_.pieces[k].slack.array();
+      const Eigen::ArrayXXd margin = slack - shift_[k].array() + tightening_[k].array() - asked[k].array();
+      shift_[k] = (slack - margin).max(0.0);
+      slack = margin + shift_[k].array();
+      largest_shift_ = std::max(largest_shift_, shift_[k].maxCoeff());
+    }
+    tightening_ = std::move(asked);
     return least;
   }
 
@@ -165,6 +218,14 @@ class InteriorPoint {
       logs += std::log(10.0 * (at.durations[k] - settings_.duration_min));
     }
     return sum(at.durations) - mu_ * logs;
+  }
+
+  /// What shifts cost, so that a step which shrinks them may take time.
+  double shift_cost() const {
+    double cost = 0.0;
+    if (largest_shift_ == 0.0) return cost;
+    for (int k = 0; k < problem_.pieces(); ++k) cost += kShiftCost * dual_[k].cwiseProduct(shift_[k]).sum();
+    return cost;
   }
 
   // ---- the linear system
@@ -183,7 +244,8 @@ class InteriorPoint {
     }
   }
 
-  /// Of each row and sample, summed over its bounds: z/g (stiffness), -mu/g (force), z times the share of curvature.
+  /// Of each row and sample, summed over its bounds: z/g (stiffness), -(mu + z e)/g (force), z times the share
+  /// of curvature.
   void weigh(int k) {
     const MatrixXd& slack = now_.pieces[k].slack;
     stiffness_.setZero(slack.rows(), static_cast<int>(constraints_.rows().size()));
@@ -193,7 +255,8 @@ class InteriorPoint {
       const Bound& at = bound(k, j);
       const double c = at.sign / at.scale;
       stiffness_.col(at.row).array() += c * c * dual_[k].col(j).array() / slack.col(j).array();
-      force_.col(at.row).array() -= c * mu_ / slack.col(j).array();
+      force_.col(at.row).array() -=
+          c * (mu_ + dual_[k].col(j).array() * shift_[k].col(j).array()) / slack.col(j).array();
       if (settings_.curvature > 0.0) curved_.col(at.row) -= settings_.curvature * c * dual_[k].col(j);
     }
   }
@@ -257,12 +320,10 @@ class InteriorPoint {
 
   bool step() {
     const double before = now_.merit = merit(now_);
+    shift_cost_ = shift_cost();
     double damping = damping_;
     for (int attempt = 0; attempt < kRetries; ++attempt) {
-      while (!hessian_.factorise(damping + 1e-11)) {
-        damping = std::max(5.0 * damping, 1e-5);
-        if (damping > 1e9) return false;
-      }
+      if (!hessian_.factorise(damping + 1e-11)) return false;
       const VectorXd direction = hessian_.solve(-gradient_);
       decrement_ = -gradient_.dot(direction);
       step_ = direction.cwiseProduct(unknowns_.scale());
@@ -287,7 +348,7 @@ class InteriorPoint {
       trial_.durations = unknowns_.durations(trial_.point);
       if (!inside()) continue;
       trial_.merit = merit(trial_);
-      if (trial_.merit <= before - 1e-4 * length_ * decrement_ + 1e-12) return true;
+      if (trial_.merit <= before + length_ * (shift_cost_ - 1e-4 * decrement_) + 1e-12) return true;
     }
     return false;
   }
@@ -295,19 +356,20 @@ class InteriorPoint {
   bool inside() {
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!(trial_.durations[k] > settings_.duration_min) || !evaluate_piece(trial_, k)) return false;
-      trial_.pieces[k].slack += shift_[k];
+      trial_.pieces[k].slack += (1.0 - length_) * shift_[k];
       if (!(trial_.pieces[k].slack.array() > kBoundary * now_.pieces[k].slack.array()).all()) return false;
     }
     return true;
   }
 
   void accept() {
-    const double dual_length = dual_direction();
+    const double dual_length = dual_direction();  // with shifts as they were
     std::swap(now_, trial_);
     largest_shift_ = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
       auto slack = now_.pieces[k].slack.array();
       auto shift = shift_[k].array();
+      shift *= 1.0 - length_;
       const Eigen::ArrayXXd smaller = (shift - 0.5 * slack).max(0.0);
       slack += smaller - shift;
       shift = smaller;
@@ -343,7 +405,9 @@ class InteriorPoint {
         const Bound& at = bound(k, j);
         const auto g = slack.col(j).array();
         const auto multiplier = dual_[k].col(j).array();
-        dual_step_[k].col(j) = (mu_ - multiplier * (at.sign / at.scale) * change.col(at.row).array()) / g - multiplier;
+        dual_step_[k].col(j) =
+            (mu_ - multiplier * (at.sign / at.scale * change.col(at.row).array() - shift_[k].col(j).array())) / g -
+            multiplier;
       }
       longest = std::min(longest, 1.0 / std::max(1.0, (-dual_step_[k].array() / dual_[k].array()).maxCoeff() / 0.99));
       const double gap = T - settings_.duration_min, multiplier = time_dual_[k];
@@ -371,21 +435,21 @@ class InteriorPoint {
 
   const Problem& problem_;
   const Constraints& constraints_;
-  const Tightening& tightening_;
   SolverSettings settings_;
   const SampleTable table_;
   const Unknowns unknowns_;
   PieceAssembly assembly_;
+  FineGrid fine_;
   PieceSystem system_;
   Chain hessian_;
   const int bounds_;
   std::vector<Bound> bound_;  // by piece
 
-  double mu_ = 0.0, damping_ = 1e-4, length_ = 0.0, decrement_ = 0.0, largest_shift_ = 0.0;
+  double mu_ = 0.0, damping_ = 1e-4, length_ = 0.0, decrement_ = 0.0, largest_shift_ = 0.0, shift_cost_ = 0.0;
   int stuck_ = 0;
   Trial now_, trial_;
   Point best_point_;
-  std::vector<MatrixXd> shift_, dual_, dual_step_;  // (samples, bounds) of each piece
+  std::vector<MatrixXd> shift_, tightening_, dual_, dual_step_;  // (samples, bounds) of each piece
   VectorXd time_dual_, time_dual_step_;
   std::vector<std::vector<MatrixXd>> slopes_;  // by piece and row
   VectorXd gradient_, step_;
@@ -395,9 +459,9 @@ class InteriorPoint {
 
 }  // namespace
 
-Solution minimise_time(const Problem& problem, const Constraints& constraints, const Tightening& tightening,
-                       const SolverSettings& settings, const Progress& progress) {
-  return InteriorPoint(problem, constraints, tightening, settings).solve(progress);
+Solution minimise_time(const Problem& problem, const Constraints& constraints, const SolverSettings& settings,
+                       const Progress& progress) {
+  return InteriorPoint(problem, constraints, settings).solve(progress);
 }
 
 }  // namespace halfroll::planner

@@ -6,10 +6,6 @@
 namespace halfroll::planner {
 namespace {
 
-constexpr int kFiner = 16;
-constexpr double kGain = 1.1;  // over what was missed
-constexpr double kPad = 1e-4;  // relative to a bound's scale
-
 /// (samples, bounds) margins of a piece.
 Eigen::MatrixXd margins(const Trajectory& trajectory, int piece, const PieceLimits& limits,
                         const Constraints& constraints, const SampleTable& table) {
@@ -25,7 +21,47 @@ Eigen::MatrixXd margins(const Trajectory& trajectory, int piece, const PieceLimi
   return margin;
 }
 
+/// Of the parabola through three equidistant values, the middle one the lowest.
+double vertex(double left, double middle, double right) {
+  const double bend = left - 2.0 * middle + right;
+  return bend > 0.0 ? middle - (right - left) * (right - left) / (8.0 * bend) : middle;
+}
+
 }  // namespace
+
+FineGrid::FineGrid(const Constraints& constraints, int samples)
+    : constraints_(constraints),
+      table_(samples * kFiner, constraints.limits_rates()),
+      intervals_(constraints.limits_rates() ? samples - 1 : samples),
+      least_(intervals_, static_cast<int>(constraints.bounds().size())) {}
+
+bool FineGrid::look(const Ends& ends, double duration, const PieceLimits& limits, const Bound* bounds) {
+  sample_piece(ends, duration, table_, flat_);
+  evaluate(constraints_, limits, flat_, values_);
+  margins_.resize(values_.rows(), least_.cols());
+  for (int b = 0; b < least_.cols(); ++b) {
+    const Bound& at = bounds[b];
+    margins_.col(b) = at.sign / at.scale * (values_.col(at.row).array() - at.limit);
+  }
+  return values_.allFinite();
+}
+
+const Eigen::MatrixXd& FineGrid::least() {
+  const int count = static_cast<int>(margins_.rows());
+  least_.setConstant(std::numeric_limits<double>::infinity());
+  for (int b = 0; b < least_.cols(); ++b) {
+    const double* margin = margins_.col(b).data();
+    for (int j = 0; j < count; ++j) {
+      double low = margin[j];
+      if (j > 0 && j + 1 < count && low <= margin[j - 1] && low <= margin[j + 1]) {
+        low = vertex(margin[j - 1], low, margin[j + 1]);
+      }
+      double& least = least_(std::min(j * intervals_ / table_.intervals(), intervals_ - 1), b);
+      least = std::min(least, low);
+    }
+  }
+  return least_;
+}
 
 double least_margin(const Trajectory& trajectory, const Problem& problem, const Constraints& constraints, int samples) {
   const SampleTable table(samples, constraints.limits_rates());
@@ -34,38 +70,6 @@ double least_margin(const Trajectory& trajectory, const Problem& problem, const 
     const Eigen::MatrixXd margin = margins(trajectory, k, problem.limits[k], constraints, table);
     if (!margin.allFinite()) return -std::numeric_limits<double>::infinity();
     least = std::min(least, margin.minCoeff());
-  }
-  return least;
-}
-
-double tighten_around_peaks(const Trajectory& trajectory, const Problem& problem, const Constraints& constraints,
-                            int samples, double spare, Tightening& tightening) {
-  const bool rates = constraints.limits_rates();
-  const SampleTable table(samples * kFiner, rates);
-  const int intervals = rates ? samples - 1 : samples;  // of the samples
-  const int bounds = static_cast<int>(constraints.bounds().size());
-  if (tightening.empty()) tightening.assign(problem.pieces(), Eigen::MatrixXd::Zero(samples, bounds));
-  const Tightening before = tightening;
-  double least = std::numeric_limits<double>::infinity();
-  const auto ask = [&](int piece, int sample, int bound, double more) {
-    if (sample == samples) ++piece, sample = 0;
-    if (piece == problem.pieces()) return;
-    double& now = tightening[piece](sample, bound);
-    now = std::max(now, before[piece](sample, bound) + more);
-  };
-  for (int k = 0; k < trajectory.pieces(); ++k) {
-    const Eigen::MatrixXd margin = margins(trajectory, k, problem.limits[k], constraints, table);
-    for (int b = 0; b < bounds; ++b) {
-      for (int j = 0; j < table.count(); ++j) {
-        const double here = margin(j, b);
-        least = std::min(least, here);
-        if (here >= spare) continue;
-        const double more = kGain * (spare - here) + kPad;
-        const int i = std::min(j * intervals / table.intervals(), intervals - 1);
-        ask(k, i, b, more);
-        ask(k, i + 1, b, more);
-      }
-    }
   }
   return least;
 }

@@ -23,14 +23,30 @@ CLIMB = [(0, 0, 1), (0, 0, 2)]
 LINE = [(0, 0, 1), (10, 0, 1)]
 SQUARE = [(0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 4, 1), (0, 0, 1)]
 ZIGZAG = [(0, 0, 1), (2, 1, 2), (4, -1, 1), (6, 1, 2.5), (8, -1, 1), (10, 0, 1.5)]
+GATES = [(-1.1, -1.6, 3.6), (9.2, 6.6, 1), (9.2, -4, 1.2), (-4.5, -6, 3.5), (-4.5, -6, 0.8), (4.75, -0.9, 1.2),
+         (-2.8, 6.8, 1.2)]  # fmt: skip
+CIRCUIT = [(-5, 4.5, 1.2), *(GATES[k % 7] for k in range(19)), (4.75, -0.9, 1.2)]
+CLOUD = np.random.default_rng(2021).uniform((-5, -5, 0.5), (5, 5, 3.5), (25, 3)).round(2).tolist()
+COURSES = {"climb": CLIMB, "line": LINE, "square": SQUARE, "zigzag": ZIGZAG, "circuit": CIRCUIT, "cloud": CLOUD}
 # Least times known of the full optimal-control problem, rotor limits alone, by multiple shooting.
 LEAST = {
     "climb": {"mit-fp": 0.6379, "mit-vp": 0.4934},
     "line": {"mit-fp": 1.6493, "mit-vp": 1.6197},
     "square": {"mit-fp": 3.0538, "mit-vp": 3.0246},
     "zigzag": {"mit-fp": 3.5941, "mit-vp": 3.5392},
+    "circuit": {"mit-fp": 23.6057, "mit-vp": 23.5772},
+    "cloud": {"mit-fp": 22.2516, "mit-vp": 22.2065},
 }
-COURSES = {"climb": CLIMB, "line": LINE, "square": SQUARE, "zigzag": ZIGZAG}
+# How close to these a plan must come.
+BEST = {
+    "climb": {"mit-fp": 1.015, "mit-vp": 1.02},
+    "line": {"mit-fp": 1.015, "mit-vp": 1.02},
+    "square": {"mit-fp": 1.015, "mit-vp": 1.02},
+    "zigzag": {"mit-fp": 1.015, "mit-vp": 1.02},
+    "circuit": {"mit-fp": 1.01, "mit-vp": 1.012},
+    "cloud": {"mit-fp": 1.01, "mit-vp": 1.012},
+}
+FAST = {"climb": 1.03, "line": 1.03, "square": 1.04, "zigzag": 1.04, "circuit": 1.03, "cloud": 1.03}
 
 
 def points(positions, **everywhere):
@@ -68,9 +84,9 @@ def assert_inside(plan, limits):
 
 @pytest.mark.parametrize("vehicle", ["mit-fp", "mit-vp"])
 @pytest.mark.parametrize("name", COURSES)
-def test_fast_plans_are_within_six_percent_of_the_least_time_and_inside_the_rotor_limits(name, vehicle):
+def test_fast_plans_are_within_a_few_percent_of_the_least_time_and_inside_the_rotor_limits(name, vehicle):
     plan = planned(name, vehicle)
-    assert LEAST[name][vehicle] <= plan.T <= 1.06 * LEAST[name][vehicle]
+    assert LEAST[name][vehicle] <= plan.T <= FAST[name] * LEAST[name][vehicle]
     assert_inside(plan, limits_of(plan.vehicle, "rotors"))
 
 
@@ -78,12 +94,12 @@ def test_fast_plans_are_within_six_percent_of_the_least_time_and_inside_the_roto
 @pytest.mark.parametrize("name", COURSES)
 def test_best_plans_are_within_two_percent_of_the_least_time_and_inside_the_rotor_limits(name, vehicle):
     plan = planned(name, vehicle, "best")
-    assert LEAST[name][vehicle] <= plan.T <= 1.02 * LEAST[name][vehicle]
+    assert LEAST[name][vehicle] <= plan.T <= BEST[name][vehicle] * LEAST[name][vehicle]
     assert_inside(plan, limits_of(plan.vehicle, "rotors"))
 
 
 @pytest.mark.parametrize("vehicle", ["mit-fp", "mit-vp"])
-@pytest.mark.parametrize("name", COURSES)
+@pytest.mark.parametrize("name", ["climb", "line", "square", "zigzag"])
 def test_every_limit_of_a_mission_holds_at_every_time(name, vehicle):
     plan = planned(name, vehicle, kind="mission")
     assert_inside(plan, Limits.of(plan.vehicle))

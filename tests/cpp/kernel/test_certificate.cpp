@@ -26,8 +26,8 @@ Flown zigzag() {
   const Constraints constraints(paper_vehicle(), limits, false);
   Flown flown{course({{0, 0, 1}, {2, 1, 2}, {4, -1, 1}, {6, 1, 1.5}}, 2.0), 0.0};
   SolverSettings settings;
-  settings.barrier_end = 1e-4;
-  flown.problem.start = minimise_time(flown.problem, constraints, {}, settings, {}).trajectory;
+  settings.gap_end = 0.03;
+  flown.problem.start = minimise_time(flown.problem, constraints, settings, {}).trajectory;
   for (double high : rotor_range(flown.problem.start, constraints, 4000).high)
     flown.highest = std::max(flown.highest, high);
   return flown;

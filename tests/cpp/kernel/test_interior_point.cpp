@@ -25,7 +25,7 @@ TEST_CASE("one piece straight up takes the time of the closed form") {
   SolverSettings settings;
   settings.samples = 200;
   const Constraints constraints(paper_vehicle(), limits, false);
-  const Solution solution = minimise_time(climb, constraints, {}, settings, {});
+  const Solution solution = minimise_time(climb, constraints, settings, {});
   CHECK(solution.feasible);
   CHECK(solution.trajectory.total() == doctest::Approx(1.0344).epsilon(2e-4));
 }
@@ -33,8 +33,8 @@ TEST_CASE("one piece straight up takes the time of the closed form") {
 TEST_CASE("the answer is inside the limits, meets the points, and is the same twice") {
   const Problem start = course({{0, 0, 1}, {2, 1, 2}, {4, -1, 1}}, 2.0);
   const Constraints constraints(paper_vehicle(), rotors_alone(), false);
-  const Solution one = minimise_time(start, constraints, {}, {}, {});
-  const Solution two = minimise_time(start, constraints, {}, {}, {});
+  const Solution one = minimise_time(start, constraints, {}, {});
+  const Solution two = minimise_time(start, constraints, {}, {});
   CHECK(one.feasible);
   CHECK(one.trajectory.total() < 0.7 * start.start.total());
   CHECK(least_margin(one.trajectory, start, constraints, 32) >= 0.0);
@@ -49,7 +49,7 @@ TEST_CASE("a given velocity stays given") {
   start.given[1].row(1).head<3>().setConstant(true);
   start.start.nodes[1].row(1).head<3>() << 1.5, 0.0, 0.0;
   const Constraints constraints(paper_vehicle(), rotors_alone(), false);
-  const Solution solution = minimise_time(start, constraints, {}, {}, {});
+  const Solution solution = minimise_time(start, constraints, {}, {});
   CHECK(solution.feasible);
   CHECK(solution.trajectory.nodes[1](1, 0) == 1.5);
   CHECK(solution.trajectory.at(0, 1.0)(1, 0) == doctest::Approx(1.5));
@@ -59,7 +59,7 @@ TEST_CASE("stopped from outside it returns the best flight so far") {
   const Problem start = course({{0, 0, 1}, {2, 1, 2}, {4, -1, 1}}, 3.0);
   const Constraints constraints(paper_vehicle(), rotors_alone(), false);
   int calls = 0;
-  const Solution solution = minimise_time(start, constraints, {}, {}, [&](double) { return ++calls < 6; });
+  const Solution solution = minimise_time(start, constraints, {}, [&](double) { return ++calls < 6; });
   CHECK(solution.interrupted);
   CHECK(solution.feasible);
   CHECK(solution.trajectory.total() < start.start.total());
