@@ -31,7 +31,6 @@ float square(float x) { return x * x; }
 Vec3 squares(const Vec3& v) { return v.cwiseProduct(v); }
 float seconds(std::uint64_t us) { return 1e-6F * static_cast<float>(us); }
 
-
 /// The matrix of v -> -w x v.
 Mat3 minus_cross_matrix(const Vec3& w) {
   Mat3 m;

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'free_rotation', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'vehicle_setup']
+__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'failsafe_table', 'free_rotation', 'mission_item_table', 'mode_rule_table', 'mode_table', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'stream_table', 'understands', 'vehicle_setup']
 class RotorKind:
     """
     Members:
@@ -513,7 +513,7 @@ class Autopilot:
         """
         Answer the link while no time passes; frames as (link, slot, bytes).
         """
-    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, rx: bytes = b'', link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0, wall_us: typing.SupportsInt | typing.SupportsIndex = 0) -> Outputs:
+    def step(self, w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], specific_force_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], pose: PoseFix | None = None, *, rx: bytes = b'', link: typing.SupportsInt | typing.SupportsIndex = 0, slot: typing.SupportsInt | typing.SupportsIndex = 0, wall_us: typing.SupportsInt | typing.SupportsIndex = 0, state_of_charge: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> Outputs:
         """
         Advance 1 ms: sensors and received bytes in, Outputs out.
         """
@@ -557,9 +557,25 @@ def attitude_wrench(q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float32
     """
 def conjugate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
     ...
+def failsafe_table() -> list[dict[str, typing.Any]]:
+    """
+    words, condition, action, recovery.
+    """
 def free_rotation(inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], q_WB: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"], w_WB_B: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], h: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
     """
     The world's integrator on a body that nothing pushes: (q, w) after so many steps of h seconds.
+    """
+def mission_item_table() -> list[dict[str, typing.Any]]:
+    """
+    Commands a mission may hold; params as (least, most, NaN allowed, step).
+    """
+def mode_rule_table() -> list[dict[str, typing.Any]]:
+    """
+    Why a change of mode is refused: who, from, to, when, why; first match counts.
+    """
+def mode_table() -> list[dict[str, typing.Any]]:
+    """
+    Modes as the wire numbers them.
     """
 def multiply(a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], b: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
     """
@@ -576,6 +592,14 @@ def rotate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"],
 def scenario_setup(name: str = 'nominal', settings: collections.abc.Sequence[str] = []) -> Scenario:
     """
     A shipped scenario with settings like 'wind.mean_m_s.0=3' over it. ValueError says what is wrong.
+    """
+def stream_table() -> list[dict[str, typing.Any]]:
+    """
+    Message ids and their rates on each link.
+    """
+def understands(frame: bytes) -> bool:
+    """
+    Whether this MAVLink frame says anything to the autopilot.
     """
 def vehicle_setup(name: str = 'mit-vp', settings: collections.abc.Sequence[str] = []) -> VehicleSetup:
     """
