@@ -265,15 +265,24 @@ OnBoard on_board(const MissionItem& item) {
   return attitude ? OnBoard::kAttitudeNotFlown : OnBoard::kFull;
 }
 
-std::uint32_t mission_id(const MissionItem* items, int count) {
-  if (count == 0) return 0;
-  std::uint32_t hash = 2166136261U;  // FNV-1a over the items as stored
+void MissionId::add(const MissionItem* items, int count) {
   for (int i = 0; i < count; ++i) {
     std::array<std::uint8_t, sizeof(MissionItem)> bytes;
     std::memcpy(bytes.data(), &items[i], sizeof(MissionItem));
-    for (const std::uint8_t byte : bytes) hash = (hash ^ byte) * 16777619U;
+    for (const std::uint8_t byte : bytes) hash_ = (hash_ ^ byte) * 16777619U;
   }
-  return hash == 0 ? 1U : hash;
+  count_ += count;
+}
+
+std::uint32_t MissionId::id() const {
+  if (count_ == 0) return 0;
+  return hash_ == 0 ? 1U : hash_;
+}
+
+std::uint32_t mission_id(const MissionItem* items, int count) {
+  MissionId id;
+  id.add(items, count);
+  return id.id();
 }
 
 }  // namespace halfroll::link

@@ -64,7 +64,20 @@ FlightItem flight_item(const MissionItem& item, const Datum& datum);
 enum class OnBoard : std::uint8_t { kFull, kAttitudeNotFlown, kSkipped };
 OnBoard on_board(const MissionItem& item);
 
-/// Non-zero 32-bit fingerprint of the items, every bit of them; 0 when there are none.
+/// Non-zero 32-bit fingerprint of the items, every bit of them; 0 when there are none. May be told them in parts.
+class MissionId {
+ public:
+  void add(const MissionItem* items, int count);
+  int count() const { return count_; }
+  std::uint32_t id() const;
+  bool operator==(const MissionId& o) const { return hash_ == o.hash_ && count_ == o.count_; }
+
+ private:
+  std::uint32_t hash_ = 2166136261U;  // FNV-1a over the items as stored
+  int count_ = 0;
+};
+
+/// The same at once.
 std::uint32_t mission_id(const MissionItem* items, int count);
 
 }  // namespace halfroll::link

@@ -1,28 +1,22 @@
 #include "link/missions.hpp"
 
 #include <algorithm>
-
-#include "link/checksum.hpp"
+#include <cstring>
 
 namespace halfroll::link {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x314D5248;  // "HRM1"
+constexpr std::uint32_t kMagic = 0x324D5248;  // "HRM2"
 constexpr std::uint64_t kRequestAgainUs = 250000;
 constexpr std::uint64_t kRequestSoonestUs = 40000, kRoundTripsToWait = 3;  // for the first repetition
 constexpr std::uint64_t kGiveUpUs = 5000000;
-constexpr int kLooksPerStep = 512;  // of the whole-mission check, about 10 us
+constexpr int kLooksPerStep = 128;  // of the whole-mission check
+constexpr int kNamedPerStep = 32;   // items hashed
 
 bool is_empty_set(std::uint8_t type) { return type == kTypeFence || type == kTypeRally; }
 
 bool passed(std::uint64_t since_us, std::uint64_t limit_us, const MissionSituation& now) {
   return static_cast<float>(now.t_us - since_us) >= static_cast<float>(limit_us) * std::max(now.time_factor, 1.F);
-}
-
-template <class Image>
-std::uint32_t image_checksum(const Image& image, std::size_t items_size) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(&image);
-  return crc32(bytes + 16, items_size, crc32(bytes, 12));
 }
 
 }  // namespace
@@ -171,20 +165,31 @@ void MissionService::clear(const Header& header, std::uint8_t type, const Missio
   peer_ = header;
   reply_type_ = type;
   upload().count = 0;
+  naming_ = {};
   store(now);
 }
 
-/// All items are here: judge them together, then to disk.
+/// All items are here: judge them together, name them, then to disk; a few a step, for 2000 are more than one can bear.
 void MissionService::finish(const MissionSituation& now, Outbox& outbox) {
   phase_ = Phase::kChecking;
   check_.begin(static_cast<int>(upload().count), now.seq0_home);
-  go_on_checking(now, outbox);
+  go_on(now, outbox);
 }
 
-void MissionService::go_on_checking(const MissionSituation& now, Outbox& outbox) {
+void MissionService::go_on(const MissionSituation& now, Outbox& outbox) {
+  if (phase_ == Phase::kNaming) {
+    const int rest = static_cast<int>(upload().count) - naming_.count();
+    naming_.add(upload().items.data() + naming_.count(), std::min(kNamedPerStep, rest));
+    if (rest <= kNamedPerStep) store(now);
+    return;
+  }
   const std::optional<MissionResult> result = check_.go_on(upload().items.data(), kLooksPerStep);
   if (!result) return;
-  if (*result == MissionResult::kAccepted) return store(now);
+  if (*result == MissionResult::kAccepted) {
+    phase_ = Phase::kNaming;
+    naming_ = {};
+    return;
+  }
   phase_ = Phase::kIdle;
   acknowledge(peer_, *result, kTypeMission, outbox);
 }
@@ -192,8 +197,7 @@ void MissionService::go_on_checking(const MissionSituation& now, Outbox& outbox)
 void MissionService::store(const MissionSituation& now) {
   Image& image = upload();
   image.magic = kMagic;
-  image.id = mission_id(image.items.data(), static_cast<int>(image.count));
-  image.checksum = image_checksum(image, image.count * sizeof(MissionItem));
+  image.id = naming_.id();
   phase_ = Phase::kStoring;
   heard_us_ = now.t_us;
   write_wanted_ = true;
@@ -230,7 +234,7 @@ bool MissionService::must_repeat(const MissionSituation& now) const {
 
 void MissionService::step(const MissionSituation& now, Outbox& outbox) {
   if (phase_ == Phase::kIdle) return;
-  if (phase_ == Phase::kChecking) return go_on_checking(now, outbox);
+  if (phase_ == Phase::kChecking || phase_ == Phase::kNaming) return go_on(now, outbox);
   if (passed(heard_us_, kGiveUpUs, now)) {
     if (phase_ == Phase::kStoring) return stored(false, now, outbox);
     phase_ = Phase::kIdle;
@@ -249,7 +253,6 @@ bool MissionService::load(const std::uint8_t* bytes, std::size_t size) {
   std::memcpy(static_cast<void*>(&image), bytes, size);
   const bool sound = image.magic == kMagic && image.count <= kMissionCapacity &&
                      size == kImageHeader + image.count * sizeof(MissionItem) &&
-                     image.checksum == image_checksum(image, size - kImageHeader) &&
                      image.id == mission_id(image.items.data(), static_cast<int>(image.count));
   if (!sound) {
     image.count = 0;
@@ -272,7 +275,7 @@ bool MissionService::operator==(const MissionService& o) const {
   if (!(small(*this) == small(o)) || mine.count != other.count || !same_items(mine, other, mine.count)) return false;
   if (phase_ == Phase::kIdle) return true;
   const Image &my_upload = images_[1U - stored_], &other_upload = o.images_[1U - o.stored_];
-  return my_upload.count == other_upload.count && check_.state() == o.check_.state() &&
+  return my_upload.count == other_upload.count && check_.state() == o.check_.state() && naming_ == o.naming_ &&
          same_items(my_upload, other_upload, my_upload.count);
 }
 

@@ -51,16 +51,15 @@ class MissionService {
   bool operator==(const MissionService& o) const;
 
  private:
-  enum class Phase : std::uint8_t { kIdle, kReceiving, kChecking, kStoring };
-  /// Byte for byte what is on disk.
+  enum class Phase : std::uint8_t { kIdle, kReceiving, kChecking, kNaming, kStoring };
+  /// Byte for byte what is on disk; the id tells damaged items, for it is their hash.
   struct Image {
     std::uint32_t magic = 0;
     std::uint32_t count = 0;
     std::uint32_t id = 0;
-    std::uint32_t checksum = 0;  // of all the rest
     std::array<MissionItem, kMissionCapacity> items = {};
   };
-  static constexpr std::size_t kImageHeader = 16;
+  static constexpr std::size_t kImageHeader = 12;
   static_assert(sizeof(Image) == kImageHeader + kMissionCapacity * sizeof(MissionItem), "no padding");
 
   const Image& stored_image() const { return images_[stored_]; }
@@ -72,7 +71,7 @@ class MissionService {
   bool must_repeat(const MissionSituation&) const;
   void begin(const Header&, int first, int last, const MissionSituation&, Outbox&);
   void finish(const MissionSituation&, Outbox&);
-  void go_on_checking(const MissionSituation&, Outbox&);
+  void go_on(const MissionSituation&, Outbox&);
   void clear(const Header&, std::uint8_t type, const MissionSituation&, Outbox&);
   void store(const MissionSituation&);
 
@@ -91,6 +90,7 @@ class MissionService {
   std::uint8_t repeats_ = 0;         // of the request that is out
   bool write_wanted_ = false;
   MissionCheck check_;
+  MissionId naming_;  // of the items so far
 };
 
 }  // namespace halfroll::link
