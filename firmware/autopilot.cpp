@@ -150,6 +150,7 @@ void Autopilot::enter(Mode mode, Requester who) {
   return_climbing_ = mode == Mode::kReturn;
   entered_by_ground_station_ = who == Requester::kGroundStation;
   if (who == Requester::kUser) user_mode_ = mode;
+  recovering_ = recovering_ && who == Requester::kAutopilot;
   mode_ = mode;
   idle_s_ = 0.F;
 }
@@ -164,7 +165,7 @@ void Autopilot::set_home(const Vec3& position) {
 auto Autopilot::state() const {
   return std::tuple_cat(
       std::tie(t_us_, mode_, user_mode_, armed_, flown_, terminated_, entered_by_ground_station_, idle_s_,
-               failsafe_until_us_, ground_heard_us_, imu_failed_us_, hold_position_, hold_yaw_, stopping_,
+               failsafe_until_us_, ground_heard_us_, imu_failed_us_, hold_position_, hold_yaw_, stopping_, recovering_,
                takeoff_height_, inverted_, return_climbing_, mission_started_, mission_revision_, offboard_stage_,
                position_was_valid_, position_resets_),
       std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, setpoint_.attitude_used,

@@ -192,7 +192,8 @@ class Autopilot : private MissionItems {
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
-  bool stopping_ = false;  // on the way to rest; hold_position_ is where that will be
+  bool stopping_ = false;    // on the way to rest; hold_position_ is where that will be
+  bool recovering_ = false;  // that in a hurry: setpoints were lost
   Manoeuvre manoeuvre_;
   bool inverted_ = false;        // HOLD is, or after the manoeuvre will be, upside down
   float takeoff_height_ = 2.5F;  // above home [m]

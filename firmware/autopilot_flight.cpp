@@ -33,8 +33,14 @@ void Autopilot::hold_at(Vec3 position) {
 void Autopilot::hold() {
   if (landed_.on_ground()) return stand_by();
   if (!stopping_) return fly_to(hold_target());
-  follower_.brake(kReferenceDt, params_);
+  if (recovering_) {
+    const float most = 4.F * vehicle_.thrust_max / vehicle_.mass;  // sideways, while the rotors carry the weight
+    follower_.recover(kReferenceDt, std::sqrt(std::max(most * most - kGravity * kGravity, 1.F)), params_);
+  } else {
+    follower_.brake(kReferenceDt, params_);
+  }
   stopping_ = !follower_.at_rest();
+  recovering_ = recovering_ && stopping_;
   hold_position_ = follower_.reference().position;
   fly_reference();
 }
@@ -195,6 +201,7 @@ void Autopilot::fly_offboard() {
     case OffboardStage::kTracking:
     case OffboardStage::kNoRates:
       if (before == OffboardStage::kRecovering) outbox_.say(link::Severity::kInfo, "Offboard: setpoints regained");
+      recovering_ = false;
       if (offboard_.is_position()) return fly_position();
       restart_follower();  // ready to take over from here
       return;
@@ -204,6 +211,7 @@ void Autopilot::fly_offboard() {
           stopping_ = true;
         } else {
           restart_follower();
+          recovering_ = true;
         }
         outbox_.say(link::Severity::kWarning, "Offboard: setpoints lost, recovering");
       }

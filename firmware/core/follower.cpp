@@ -9,10 +9,12 @@ namespace halfroll {
 namespace {
 
 // Cascade position -> velocity -> acceleration -> jerk. Unlimited, its poles are -2, -2, -4 rad/s: no overshoot.
-constexpr float kPositionGain = 0.8F;      // [1/s]
-constexpr float kVelocityGain = 2.5F;      // [1/s]
-constexpr float kAccelerationGain = 8.F;   // [1/s]
-constexpr float kBrakeShare = 0.5F;        // of the acceleration limit, planned for stopping; the rest is for jerk
+constexpr float kPositionGain = 0.8F;     // [1/s]
+constexpr float kVelocityGain = 2.5F;     // [1/s]
+constexpr float kAccelerationGain = 8.F;  // [1/s]
+constexpr float kBrakeShare = 0.5F;       // of the acceleration limit, planned for stopping; the rest is for jerk
+constexpr float kRecoveryVelocity = 0.75F, kRecoveryAcceleration = 3.75F;  // of the attitude loop's natural frequency
+constexpr float kAnyJerk = 1e9F;
 constexpr float kRestSpeed = 0.05F;        // [m/s]
 constexpr float kRestAcceleration = 0.2F;  // [m/s²]
 constexpr float kYawGain = 2.F;            // [1/s]
@@ -113,9 +115,21 @@ const FlatReference& Follower::track(const PositionSetpoint& setpoint, float dt,
 }
 
 const FlatReference& Follower::brake(float dt, const Params& params) {
+  return slow_down(kVelocityGain, kAccelerationGain, params.brake_acceleration, params.brake_jerk, dt);
+}
+
+const FlatReference& Follower::recover(float dt, float acceleration, const Params& params) {
+  const float wn = params.att_natural_frequency;
+  const float acceleration_gain = std::min(kRecoveryAcceleration * wn, 0.6F / dt);  // 1 / dt is there at once
+  return slow_down(kRecoveryVelocity * wn, acceleration_gain, acceleration, kAnyJerk, dt);
+}
+
+/// Against the velocity, until it is gone.
+const FlatReference& Follower::slow_down(float velocity_gain, float acceleration_gain, float acceleration, float jerk,
+                                         float dt) {
   FlatReference& r = reference_;
-  const Vec3 wanted = limited(Vec3(-kVelocityGain * r.velocity), params.brake_acceleration);
-  r.jerk = limited(Vec3(kAccelerationGain * (wanted - r.acceleration)), params.brake_jerk);
+  const Vec3 wanted = limited(Vec3(-velocity_gain * r.velocity), acceleration);
+  r.jerk = limited(Vec3(acceleration_gain * (wanted - r.acceleration)), jerk);
   r.acceleration += r.jerk * dt;
   r.velocity += r.acceleration * dt;
   r.position += r.velocity * dt;

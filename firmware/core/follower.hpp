@@ -22,6 +22,8 @@ class Follower {
   const FlatReference& step(const FollowerTarget& target, float dt, const Params& params);
   /// Advance the reference by dt, coming to rest as soon as the braking limits allow; heading kept.
   const FlatReference& brake(float dt, const Params& params);
+  /// The same, as hard as attitude loop and `acceleration` [m/s²] allow: for a vehicle that has lost its way.
+  const FlatReference& recover(float dt, float acceleration, const Params& params);
   /// Advance the reference by dt along a setpoint that moves, within MPC_XY_VEL_MAX, the climb and descent speeds and
   /// the limits of braking: who gives speeds or accelerations is answerable for their smoothness.
   const FlatReference& track(const PositionSetpoint& setpoint, float dt, const Params& params);
@@ -34,6 +36,8 @@ class Follower {
   }
 
  private:
+  const FlatReference& slow_down(float velocity_gain, float acceleration_gain, float acceleration, float jerk,
+                                 float dt);
   void turn(float yaw_rate, float dt);
 
   FlatReference reference_;
