@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
 from halfroll import _firmware
 from halfroll.conversations import Conversation, Talk, read_param, write_param
 from halfroll.errors import LinkError
@@ -53,13 +55,13 @@ def import_params(values: Mapping[str, float], instance: int = 0) -> Imported:
     def those(link: Link) -> Conversation[tuple[list[str], list[str]]]:
         changed, refused = [], []
         for name, value in wanted.items():
-            before = yield from read_param(link, name)
+            if (yield from read_param(link, name)) == np.float32(value):
+                continue
             try:
-                after = yield from write_param(link, name, value)
+                yield from write_param(link, name, value)
             except LinkError:
                 refused.append(name)
-                continue
-            if after != before:
+            else:
                 changed.append(name)
         return changed, refused
 

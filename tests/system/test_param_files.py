@@ -21,7 +21,9 @@ def test_parameters_travel_by_file(tmp_path: Path) -> None:
         read = halfroll("params", "import", file, "--instance", str(instance))
         assert (read.code, read.out) == (0, "1 changed\n"), read.err
         ask = gcs._codec.param_request_read_encode(*gcs._target, b"NAV_ACC_RAD", -1)
-        assert gcs.until(lambda m: m.get_type() == "PARAM_VALUE", ask).param_value == 1.5
+        assert (
+            gcs.until(lambda m: m.get_type() == "PARAM_VALUE" and m.param_id == "NAV_ACC_RAD", ask).param_value == 1.5
+        )
         file.write_text(changed.replace("ATT_WN\t16.0", "ATT_WN\t1e6") + "1\t1\tNO_SUCH\t1\t9\n")
         read = halfroll("params", "import", file, "--instance", str(instance))
         assert read.code == 2
