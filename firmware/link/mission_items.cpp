@@ -189,7 +189,7 @@ std::optional<MissionResult> MissionCheck::go_on(const MissionItem* items, int l
   }
   for (; looks > 0; --looks) {
     if (next_ < 0) {
-      if (!changed_) break;
+      if (!changed_ || struck_ == count_) break;
       changed_ = false;
       next_ = count_ - 1;
     }
@@ -198,11 +198,11 @@ std::optional<MissionResult> MissionCheck::go_on(const MissionItem* items, int l
     if (item.command == cmd::kJump && !(item.p[0] < static_cast<float>(count_))) return MissionResult::kInvalidParam1;
     if (beyond(seq) || !lets_time_pass(items, seq)) continue;
     passes_[static_cast<std::size_t>(seq)] = changed_ = true;
+    ++struck_;
   }
-  const bool all = std::all_of(passes_.begin(), passes_.begin() + count_, [](bool p) { return p; });
-  if (all && next_ < 0) return MissionResult::kAccepted;
-  if (next_ < 0 && !changed_) return MissionResult::kInvalidParam1;
-  return std::nullopt;
+  if (next_ >= 0) return std::nullopt;
+  if (struck_ == count_) return MissionResult::kAccepted;
+  return changed_ ? std::nullopt : std::optional<MissionResult>(MissionResult::kInvalidParam1);
 }
 
 MissionResult check_mission(const MissionItem* items, int count, int seq0_home) {

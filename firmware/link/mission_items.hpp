@@ -33,7 +33,7 @@ class MissionCheck {
   /// Look at most at so many items. The verdict, once there is one.
   std::optional<MissionResult> go_on(const MissionItem* items, int looks);
 
-  auto state() const { return std::tie(count_, seq0_home_, next_, changed_, passes_); }
+  auto state() const { return std::tie(count_, seq0_home_, next_, struck_, changed_, passes_); }
 
  private:
   bool beyond(int seq) const { return seq >= count_ || passes_[static_cast<std::size_t>(seq)]; }
@@ -41,6 +41,7 @@ class MissionCheck {
 
   int count_ = 0, seq0_home_ = 2;
   int next_ = 0;          // backwards from the end
+  int struck_ = 0;        // items known to let time pass
   bool changed_ = false;  // in this pass
   std::array<bool, kMissionCapacity> passes_ = {};
 };
