@@ -177,21 +177,19 @@ void MissionService::finish(const MissionSituation& now, Outbox& outbox) {
 }
 
 void MissionService::go_on(const MissionSituation& now, Outbox& outbox) {
-  if (phase_ == Phase::kNaming) {
-    const int rest = static_cast<int>(upload().count) - naming_.count();
-    naming_.add(upload().items.data() + naming_.count(), std::min(kNamedPerStep, rest));
-    if (rest <= kNamedPerStep) store(now);
-    return;
-  }
-  const std::optional<MissionResult> result = check_.go_on(upload().items.data(), kLooksPerStep);
-  if (!result) return;
-  if (*result == MissionResult::kAccepted) {
+  if (phase_ == Phase::kChecking) {
+    const std::optional<MissionResult> result = check_.go_on(upload().items.data(), kLooksPerStep);
+    if (!result) return;
+    if (*result != MissionResult::kAccepted) {
+      phase_ = Phase::kIdle;
+      return acknowledge(peer_, *result, kTypeMission, outbox);
+    }
     phase_ = Phase::kNaming;
     naming_ = {};
-    return;
   }
-  phase_ = Phase::kIdle;
-  acknowledge(peer_, *result, kTypeMission, outbox);
+  const int rest = static_cast<int>(upload().count) - naming_.count();
+  naming_.add(upload().items.data() + naming_.count(), std::min(kNamedPerStep, rest));
+  if (rest <= kNamedPerStep) store(now);
 }
 
 void MissionService::store(const MissionSituation& now) {
