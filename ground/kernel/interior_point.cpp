@@ -14,6 +14,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kLeastShare = 0.05;      // of the shifts, that a step is asked to remove
 constexpr double kShiftSmall = 1e-3;      // mu is not reduced while shifts are larger
 constexpr double kDecrement = 10.0;       // mu is reduced once the Newton decrement is below this times mu
 constexpr double kLongestTimeStep = 0.5;  // of a log duration
@@ -225,7 +226,7 @@ class InteriorPoint {
     double cost = 0.0;
     if (largest_shift_ == 0.0) return cost;
     for (int k = 0; k < problem_.pieces(); ++k) cost += kShiftCost * dual_[k].cwiseProduct(shift_[k]).sum();
-    return cost;
+    return share_ * cost;
   }
 
   // ---- the linear system
@@ -256,7 +257,7 @@ class InteriorPoint {
       const double c = at.sign / at.scale;
       stiffness_.col(at.row).array() += c * c * dual_[k].col(j).array() / slack.col(j).array();
       force_.col(at.row).array() -=
-          c * (mu_ + dual_[k].col(j).array() * shift_[k].col(j).array()) / slack.col(j).array();
+          c * (mu_ + share_ * dual_[k].col(j).array() * shift_[k].col(j).array()) / slack.col(j).array();
       if (settings_.curvature > 0.0) curved_.col(at.row) -= settings_.curvature * c * dual_[k].col(j);
     }
   }
@@ -318,7 +319,19 @@ class InteriorPoint {
 
   // ---- one step
 
+  /// With the shifts in one go if it can be; where that points nowhere, with a part of them, and in the end as they
+  /// are.
   bool step() {
+    while (!step_with_share()) {
+      if (largest_shift_ == 0.0 || share_ == 0.0) return false;
+      share_ = share_ > kLeastShare ? 0.25 * share_ : 0.0;
+      assemble();
+    }
+    if (length_ > 0.5) share_ = std::min(1.0, std::max(2.0 * share_, kLeastShare));
+    return true;
+  }
+
+  bool step_with_share() {
     const double before = now_.merit = merit(now_);
     shift_cost_ = shift_cost();
     double damping = damping_;
@@ -356,7 +369,7 @@ class InteriorPoint {
   bool inside() {
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!(trial_.durations[k] > settings_.duration_min) || !evaluate_piece(trial_, k)) return false;
-      trial_.pieces[k].slack += (1.0 - length_) * shift_[k];
+      trial_.pieces[k].slack += (1.0 - length_ * share_) * shift_[k];
       if (!(trial_.pieces[k].slack.array() > kBoundary * now_.pieces[k].slack.array()).all()) return false;
     }
     return true;
@@ -369,7 +382,7 @@ class InteriorPoint {
     for (int k = 0; k < problem_.pieces(); ++k) {
       auto slack = now_.pieces[k].slack.array();
       auto shift = shift_[k].array();
-      shift *= 1.0 - length_;
+      shift *= 1.0 - length_ * share_;
       const Eigen::ArrayXXd smaller = (shift - 0.5 * slack).max(0.0);
       slack += smaller - shift;
       shift = smaller;
@@ -406,7 +419,8 @@ class InteriorPoint {
         const auto g = slack.col(j).array();
         const auto multiplier = dual_[k].col(j).array();
         dual_step_[k].col(j) =
-            (mu_ - multiplier * (at.sign / at.scale * change.col(at.row).array() - shift_[k].col(j).array())) / g -
+            (mu_ - multiplier * (at.sign / at.scale * change.col(at.row).array() - share_ * shift_[k].col(j).array())) /
+                g -
             multiplier;
       }
       longest = std::min(longest, 1.0 / std::max(1.0, (-dual_step_[k].array() / dual_[k].array()).maxCoeff() / 0.99));
@@ -445,6 +459,7 @@ class InteriorPoint {
   const int bounds_;
   std::vector<Bound> bound_;  // by piece
 
+  double share_ = 1.0;  // of the shifts that a whole step removes
   double mu_ = 0.0, damping_ = 1e-4, length_ = 0.0, decrement_ = 0.0, largest_shift_ = 0.0, shift_cost_ = 0.0;
   int stuck_ = 0;
   Trial now_, trial_;
