@@ -167,9 +167,11 @@ void Autopilot::fly_return() {
   fly_to(target);
 }
 
-/// A fresh setpoint counts from the millisecond it comes; one that is ageing loses its rates first.
+/// A fresh setpoint counts from the millisecond it comes, and so does a loss; one that is ageing loses its rates first.
 void Autopilot::follow_link() {
   const OffboardStage stage = offboard_.stage(t_us_, armed_, params_);
+  const bool just_lost = stage == OffboardStage::kRecovering && offboard_stage_ != stage;
+  if (just_lost && !offboard_.is_position()) return fly_offboard();  // at speed the rest of a tick is centimetres
   if (stage != OffboardStage::kTracking && stage != OffboardStage::kNoRates) return;
   if (offboard_.is_position()) return;
   manoeuvre_.stop();  // rolling upright from inverted hold: the stream decides now
