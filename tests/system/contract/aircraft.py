@@ -120,8 +120,14 @@ class Client:
         answers = self.count(len(items))
         while answers[-1].get_type() == "MISSION_REQUEST_INT":
             seq = answers[-1].seq
-            answers = self.item(seq, items[seq])
-            answers = [m for m in answers if m.get_type() in ("MISSION_REQUEST_INT", "MISSION_ACK")]
+            since = len(self.heard)
+            self.item(seq, items[seq])
+            for _ in range(100):  # a long mission is checked and named in pieces, a millisecond each
+                heard = [m for _, m in self.heard[since:]]
+                answers = [m for m in heard if m.get_type() in ("MISSION_REQUEST_INT", "MISSION_ACK")]
+                if answers:
+                    break
+                self.aircraft.step()
         return int(answers[-1].type)
 
     def download(self) -> list[Item]:
