@@ -82,7 +82,7 @@ def _recipe(mode: Mode, legs: int) -> _Recipe:
     if legs <= 100:
         ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4), _Rung(4, 16, 2e-3, 150))
         return _Recipe(ladder if mode == "best" else ladder[:2], tied=True)
-    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-4),), tied=True)
+    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), tied=True)
 
 
 @dataclass
