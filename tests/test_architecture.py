@@ -21,7 +21,13 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ground" / "halfroll"
 DOCUMENT = (ROOT / "docs" / "architecture.md").read_text()
 GENERATED_HEADERS = "development/mavlink.h"
-ONLY_USER = {"pymavlink": {"link"}, "matplotlib": {"report"}, "pyulog": {"log"}, "typer": {"cli"}, "rich": {"console"}}
+ONLY_USER = {
+    "pymavlink": {"link"},
+    "matplotlib": {"drawing", "report"},
+    "pyulog": {"log"},
+    "typer": {"cli"},
+    "rich": {"console"},
+}
 AXES_OF_THE_WIRE = {
     "frames",
     "geodesy",

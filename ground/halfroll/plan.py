@@ -11,7 +11,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -154,8 +153,12 @@ class Plan:
         return self.trajectory.times.tolist(), list(tables)
 
     def plot(self) -> Any:
-        """A matplotlib figure of path, speed, tilt and rotor thrusts; report.py, which draws, is loaded only here."""
-        return import_module("halfroll.report").plan_figure(self)
+        """A matplotlib figure of path, speed, tilt and rotor thrusts."""
+        from halfroll.drawing import plan_figure
+
+        rotor, title = self.vehicle.rotor, f"{self.vehicle.name}, mode {self.mode}: {self.T:.3f} s"
+        points = np.array([waypoint.position for waypoint in self.waypoints])
+        return plan_figure(self.sample(200.0), points, (rotor.thrust_min_N, rotor.thrust_max_N), title)
 
     def save(self, path: str | Path) -> None:
         """Write .npz or .json (both read back bit for bit by `load`), or .csv (1 kHz samples)."""

@@ -1,6 +1,6 @@
 """The report of a flight: its figures and pictures as one HTML page, and one picture alone.
 
-Why: the only module that draws.
+Why: the only module that draws a flight.
 """
 
 from __future__ import annotations
@@ -19,6 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import halfroll
+from halfroll.drawing import (
+    ON_PAGE,
+    ON_PAPER,
+    Palette,
+    angle_between,
+    body_up,
+    draw_thrust_limits,
+    legend,
+    style,
+    tilt_deg,
+)
 from halfroll.evaluation import FlightFigures, at_times, between, evaluate, planned_positions, waypoints
 from halfroll.log import Log
 
@@ -29,32 +40,10 @@ if TYPE_CHECKING:
     from halfroll.plan import Plan
     from halfroll.vehicle import Vehicle
 
-__all__ = ["FlightFigures", "evaluate", "plan_figure", "save_picture", "write_report"]
+__all__ = ["FlightFigures", "evaluate", "save_picture", "write_report"]
 
 FloatArray = NDArray[np.float64]
 MODES = ("hold", "takeoff", "mission", "return", "land", "offboard")  # order of the autopilot's Mode
-
-# Pictures. Drawn in stand-in colours that the page replaces by its own, so one figure suits a dark and a light page.
-
-
-@dataclass(frozen=True)
-class Palette:
-    ink: str
-    faint: str
-    flown: str
-    planned: str
-    alert: str
-    x: str
-    y: str
-    z: str
-
-    @property
-    def axes(self) -> tuple[str, str, str]:
-        return self.x, self.y, self.z
-
-
-ON_PAPER = Palette("#1d2433", "#d5dae3", "#2563eb", "#8a94a6", "#dc2626", "#0d9488", "#d97706", "#7c3aed")
-ON_PAGE = Palette(*(f"#0a0b0{i}" for i in range(8)))  # no other colour of a figure looks like these
 
 
 @dataclass(frozen=True)
@@ -74,38 +63,12 @@ class _Flight:
         return chosen.t[inside] - self.start_s, lambda name: np.asarray(chosen[name][inside], dtype=np.float64)
 
 
-def _style(colours: Palette) -> Any:
-    return {
-        "svg.fonttype": "none",
-        "svg.hashsalt": "halfroll",
-        "font.size": 9.5,
-        "font.family": "sans-serif",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "axes.edgecolor": colours.faint,
-        "axes.labelcolor": colours.ink,
-        "grid.color": colours.faint,
-        "grid.linewidth": 0.6,
-        "text.color": colours.ink,
-        "xtick.color": colours.ink,
-        "ytick.color": colours.ink,
-        "xtick.major.size": 0,
-        "ytick.major.size": 0,
-        "legend.frameon": False,
-        "legend.handlelength": 1.4,
-        "lines.linewidth": 1.5,
-        "figure.facecolor": "none",
-        "axes.facecolor": "none",
-    }
-
-
 def _draw_path(axes: Any, flight: _Flight, colours: Palette, zoom: float) -> None:
     """Plan and flown path in space; a tick along body up every so often shows how the vehicle lay."""
     from matplotlib.ticker import MaxNLocator
 
     t, truth = flight.samples("vehicle_truth", margin_s=0.0)
-    p, up = truth("p"), _body_up(truth("q"))
+    p, up = truth("p"), body_up(truth("q"))
     points = waypoints(flight.plan)
     low, high = np.minimum(p.min(axis=0), points.min(axis=0)), np.maximum(p.max(axis=0), points.max(axis=0))
     size = float((high - low).max())
@@ -150,7 +113,7 @@ def _draw_tracking(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> N
         panel.plot(t, truth("p")[:, i], color=colours.flown, label="flown")
         panel.set_ylabel(f"{name} [m]")
     _draw_error(axes[3], flight, colours)
-    _legend(axes[0])
+    legend(axes[0])
 
 
 def _draw_error(axes: Axes, flight: _Flight, colours: Palette) -> None:
@@ -161,7 +124,7 @@ def _draw_error(axes: Axes, flight: _Flight, colours: Palette) -> None:
     axes.plot(t, np.linalg.norm(error, axis=1) * 1e3, color=colours.ink, lw=1.5, label="distance")
     axes.margins(y=0.25)
     axes.set_ylabel("error [mm]")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_attitude(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> None:
@@ -169,13 +132,13 @@ def _draw_attitude(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> N
     t_ref, reference = flight.samples("attitude_reference")
     _draw_tilt(axes[0], flight, colours)
     attitude = at_times(flight.log["vehicle_truth"], "q", t_ref + flight.start_s)  # when new, not while it was held
-    axes[1].plot(t_ref, np.degrees(_angle_between(attitude, reference("q"))), color=colours.alert)
+    axes[1].plot(t_ref, np.degrees(angle_between(attitude, reference("q"))), color=colours.alert)
     axes[1].set_ylabel("attitude error [°]")
     for i, (name, colour) in enumerate(zip(("roll", "pitch", "yaw"), colours.axes, strict=True)):
         axes[2].plot(t_ref, np.degrees(reference("w")[:, i]), color=colours.planned, ls=(0, (4, 3)), lw=1.0)
         axes[2].plot(t, np.degrees(truth("w")[:, i]), color=colour, lw=1.2, label=name)
     axes[2].set_ylabel("body rate [°/s]")
-    _legend(axes[2])
+    legend(axes[2])
 
 
 def _draw_tilt(axes: Axes, flight: _Flight, colours: Palette) -> None:
@@ -183,11 +146,11 @@ def _draw_tilt(axes: Axes, flight: _Flight, colours: Palette) -> None:
     t, truth = flight.samples("vehicle_truth")
     t_ref, reference = flight.samples("attitude_reference")
     axes.plot(
-        t_ref, _tilt_deg(reference("q")), color=colours.planned, lw=1.1, ls=(0, (4, 3)), zorder=3, label="reference"
+        t_ref, tilt_deg(reference("q")), color=colours.planned, lw=1.1, ls=(0, (4, 3)), zorder=3, label="reference"
     )
-    axes.plot(t, _tilt_deg(truth("q")), color=colours.flown, label="flown")
+    axes.plot(t, tilt_deg(truth("q")), color=colours.flown, label="flown")
     axes.set_ylabel("tilt [°]")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_rotors(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> None:
@@ -197,15 +160,9 @@ def _draw_rotors(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> Non
     for i, panel in enumerate(axes):
         panel.plot(t, commands("thrust")[:, i], color=colours.planned, lw=0.9, label="command")
         panel.plot(t_truth, truth("f")[:, i], color=colours.flown, lw=1.3, label="thrust")
-        _draw_limits(panel, low, high, colours)
+        draw_thrust_limits(panel, low, high, colours)
         panel.set_ylabel(f"rotor {i + 1} [N]")
-    _legend(axes[0])
-
-
-def _draw_limits(axes: Axes, low: float, high: float, colours: Palette) -> None:
-    axes.axhline(high, color=colours.alert, lw=1.0, ls=(0, (1, 1.5)), label="limit")
-    axes.axhline(low, color=colours.alert, lw=1.0, ls=(0, (1, 1.5)))
-    axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    legend(axes[0])
 
 
 def _draw_whole_flight(axes: Axes, flight: _Flight, colours: Palette) -> None:
@@ -227,12 +184,6 @@ def _draw_whole_flight(axes: Axes, flight: _Flight, colours: Palette) -> None:
             axes.text((state.t[i] + state.t[end]) / 2, 0.94 * top, name, ha="center", va="center", fontsize=9)
 
 
-def _legend(axes: Axes) -> None:
-    """Above the panel, where it hides nothing."""
-    count = len(axes.get_legend_handles_labels()[0])
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=count, columnspacing=1.2)
-
-
 def _finish(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> None:
     """What all panels over plan time share: the due times of the waypoints, and one time axis below."""
     for panel in axes:
@@ -243,29 +194,13 @@ def _finish(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> None:
     axes[-1].set_xlabel("plan time [s]; vertical lines: waypoints due")
 
 
-def _body_up(q: FloatArray) -> FloatArray:
-    """(N, 3) body z in W for attitudes q_WB (N, 4), [w, x, y, z]."""
-    w, x, y, z = q.T
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
-
-
-def _tilt_deg(q: FloatArray) -> FloatArray:
-    return np.asarray(np.degrees(np.arccos(np.clip(_body_up(q)[:, 2], -1.0, 1.0))), dtype=np.float64)
-
-
-def _angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(N,) angle [rad] from attitude a to b; q and -q are one attitude."""
-    a = a / np.linalg.norm(a, axis=1, keepdims=True)
-    return np.asarray(2 * np.arccos(np.clip(np.abs(np.sum(a * b, axis=1)), 0.0, 1.0)), dtype=np.float64)
-
-
 def save_picture(path: str | Path, plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> None:
     """One picture of the flight on white: path, error, tilt and the hardest worked rotor."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     flight, colours = _Flight(plan, plan_start_s, log, vehicle), ON_PAPER
-    with rc_context(_style(colours)):
+    with rc_context(style(colours)):
         figure = Figure(figsize=(11, 5.6), layout="constrained", facecolor="white")
         grid = figure.add_gridspec(3, 2, width_ratios=(1.15, 1.0))
         _draw_path(figure.add_subplot(grid[:, 0], projection="3d"), flight, colours, zoom=0.95)
@@ -277,40 +212,13 @@ def save_picture(path: str | Path, plan: Plan, plan_start_s: float, log: Log, ve
         figure.savefig(path, dpi=130, facecolor="white", metadata={"Software": None})
 
 
-def plan_figure(plan: Plan) -> Figure:
-    """The plan before it is flown: path, speed, tilt and rotor thrusts with their limits."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    colours, columns = ON_PAPER, plan.sample(200.0)
-    t, rotor = columns["t_s"], plan.vehicle.rotor
-    with matplotlib.rc_context(_style(colours)):
-        figure = Figure(figsize=(11, 5.6), layout="constrained", facecolor="white")
-        space = figure.add_gridspec(3, 2, width_ratios=(1.2, 1.0))
-        path: Any = figure.add_subplot(space[:, 0], projection="3d")
-        path.plot(columns["x_m"], columns["y_m"], columns["z_m"], color=colours.planned)
-        path.scatter(*waypoints(plan).T, color=colours.ink, s=14)
-        path.set(xlabel="north [m]", ylabel="west [m]", zlabel="up [m]", aspect="equal")
-        speed, tilt, thrusts = (figure.add_subplot(space[row, 1]) for row in range(3))
-        speed.plot(t, np.linalg.norm([columns[name] for name in ("vx_m_s", "vy_m_s", "vz_m_s")], axis=0))
-        tilt.plot(t, _tilt_deg(np.stack([columns[name] for name in ("q_w", "q_x", "q_y", "q_z")], axis=1)))
-        for i in (1, 2, 3, 4):
-            thrusts.plot(t, columns[f"f{i}_N"], linewidth=1.0)
-        _draw_limits(thrusts, rotor.thrust_min_N, rotor.thrust_max_N, colours)
-        for axes, label in ((speed, "speed [m/s]"), (tilt, "tilt [°]"), (thrusts, "rotor thrust [N]")):
-            axes.set(ylabel=label, xlim=(0.0, plan.T))
-        thrusts.set_xlabel("time [s]")
-        figure.suptitle(f"{plan.vehicle.name}, mode {plan.mode}: {plan.T:.3f} s")
-    return figure
-
-
 def _draw_all_thrusts(axes: Axes, flight: _Flight, colours: Palette) -> None:
     t, truth = flight.samples("vehicle_truth", count=2400)
     for i, colour in enumerate((colours.flown, *colours.axes)):
         axes.plot(t, truth("f")[:, i], color=colour, lw=1.0, label=f"rotor {i + 1}")
-    _draw_limits(axes, flight.vehicle.rotor.thrust_min_N, flight.vehicle.rotor.thrust_max_N, colours)
+    draw_thrust_limits(axes, flight.vehicle.rotor.thrust_min_N, flight.vehicle.rotor.thrust_max_N, colours)
     axes.set_ylabel("thrust [N]")
-    _legend(axes)
+    legend(axes)
 
 
 def write_report(
@@ -370,7 +278,7 @@ def _pictures(flight: _Flight) -> dict[str, str]:
     from matplotlib.figure import Figure
 
     colours = ON_PAGE
-    with rc_context(_style(colours)):
+    with rc_context(style(colours)):
         path = Figure(figsize=(9, 5.6), layout="constrained")
         _draw_path(path.add_subplot(projection="3d"), flight, colours, zoom=1.15)
         whole = Figure(figsize=(9, 2.2), layout="constrained")
