@@ -2,6 +2,7 @@
 
 #include "dual.hpp"
 #include "inverse_dynamics.hpp"
+#include "samples.hpp"
 #include "taylor_model.hpp"
 
 namespace halfroll::planner {
@@ -40,8 +41,8 @@ double falling(int i, int r) {
 }
 
 /// Derivatives by time of one axis on a part.
-void models(const Coefficients& piece, int axis, double duration, const Part& part,
-            std::array<TaylorModel, kSampled>& out) {
+void model_axis(const Coefficients& piece, int axis, double duration, const Part& part,
+                std::array<TaylorModel, kSampled>& out) {
   std::array<double, kOrder> shifted;
   for (int i = 0; i < kOrder; ++i) shifted[i] = piece(i, axis);
   for (int i = 0; i < kOrder; ++i) {
@@ -96,29 +97,26 @@ TaylorModel rate_of(const TaylorModel&) { return {}; }
 const TaylorModel& rate_of(const Moving& s) { return s.d[0]; }
 
 /// What the rows are made of.
-struct Dynamics {
+struct RowModels {
   std::array<TaylorModel, 4> thrust, rate;
   TaylorModel size, uprightness, body_rate_squared;
 };
 
 template <class S>
-Dynamics dynamics_of(const Motion& motion, const Vehicle& v) {
-  const Flat<S> flat = flat_of<S>(motion);
-  const ThrustAxis<S> axis = thrust_axis(flat, v.gravity);
-  const BodyRate<S> body = body_rate(axis, flat);
-  const std::array<S, 4> f = rotor_thrusts(axis.size, body, v);
-  Dynamics out;
-  for (int i = 0; i < 4; ++i) out.thrust[i] = value_of(f[i]), out.rate[i] = rate_of(f[i]);
-  out.size = v.mass * value_of(axis.size);
-  out.uprightness = value_of(axis.n[2]);
-  const Vec<TaylorModel> w = {value_of(body.w[0]), value_of(body.w[1]), value_of(body.w[2])};
+RowModels models_of(const Motion& motion, const Vehicle& v) {
+  const Dynamics<S> at = dynamics(flat_of<S>(motion), v);
+  RowModels out;
+  for (int i = 0; i < 4; ++i) out.thrust[i] = value_of(at.thrust[i]), out.rate[i] = rate_of(at.thrust[i]);
+  out.size = v.mass * value_of(at.axis.size);
+  out.uprightness = value_of(at.axis.n[2]);
+  const Vec<TaylorModel> w = {value_of(at.body.w[0]), value_of(at.body.w[1]), value_of(at.body.w[2])};
   out.body_rate_squared = dot(w, w);
   return out;
 }
 
-TaylorModel rotor_row(const RotorTerms& terms, const Dynamics& dynamics) {
-  const TaylorModel& f = dynamics.thrust[terms.rotor];
-  const TaylorModel sum = terms.share * f + terms.lead * dynamics.rate[terms.rotor];
+TaylorModel rotor_row(const RotorTerms& terms, const RowModels& models) {
+  const TaylorModel& f = models.thrust[terms.rotor];
+  const TaylorModel sum = terms.share * f + terms.lead * models.rate[terms.rotor];
   return terms.root == 0.0 ? sum : sum - std::sqrt(terms.root) * (f * inverse_sqrt(f));
 }
 
@@ -134,23 +132,23 @@ TaylorModel heading_row(const Motion& motion, const Heading& heading) {
 /// The rows of the constraints as models, in their order.
 std::vector<TaylorModel> rows_of(const Motion& motion, const PieceLimits& piece, const Constraints& constraints) {
   const Vehicle& v = constraints.vehicle();
-  Dynamics dynamics;
+  RowModels models;
   if (constraints.limits().vertical) {
-    dynamics.thrust[0] = 0.25 * v.mass * (motion.axes[2][2] + v.gravity);
-    dynamics.rate[0] = 0.25 * v.mass * motion.axes[2][3];
+    models.thrust[0] = 0.25 * v.mass * (motion.axes[2][2] + v.gravity);
+    models.rate[0] = 0.25 * v.mass * motion.axes[2][3];
   } else if (constraints.limits_rates()) {
-    dynamics = dynamics_of<Moving>(motion, v);
+    models = models_of<Moving>(motion, v);
   } else {
-    dynamics = dynamics_of<TaylorModel>(motion, v);
+    models = models_of<TaylorModel>(motion, v);
   }
   const Vec<TaylorModel> velocity = {motion.axes[0][1], motion.axes[1][1], motion.axes[2][1]};
   std::vector<TaylorModel> rows;
   for (const Row& row : constraints.rows()) {
     switch (row.quantity) {
-      case Quantity::kForce: rows.push_back(dynamics.size); break;
+      case Quantity::kForce: rows.push_back(models.size); break;
       case Quantity::kForceZ: rows.push_back(v.mass * (motion.axes[2][2] + v.gravity)); break;
-      case Quantity::kUprightness: rows.push_back(dynamics.uprightness); break;
-      case Quantity::kRateSquared: rows.push_back(dynamics.body_rate_squared); break;
+      case Quantity::kUprightness: rows.push_back(models.uprightness); break;
+      case Quantity::kRateSquared: rows.push_back(models.body_rate_squared); break;
       case Quantity::kSpeedSquared: rows.push_back(dot(velocity, velocity)); break;
       case Quantity::kHeight: rows.push_back(motion.axes[2][0]); break;
       case Quantity::kHeading: rows.push_back(heading_row(motion, constraints.limits().heading)); break;
@@ -159,7 +157,7 @@ std::vector<TaylorModel> rows_of(const Motion& motion, const PieceLimits& piece,
         rows.push_back(wall.x * motion.axes[0][0] + wall.y * motion.axes[1][0]);
         break;
       }
-      default: rows.push_back(rotor_row(row.terms, dynamics));
+      default: rows.push_back(rotor_row(row.terms, models));
     }
   }
   return rows;
@@ -202,7 +200,7 @@ Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<d
       open.pop_back();
       ++result.intervals;
       Motion motion;
-      for (int a = 0; a < kAxes; ++a) models(pieces[k], a, durations[k], part, motion.axes[a]);
+      for (int a = 0; a < kAxes; ++a) model_axis(pieces[k], a, durations[k], part, motion.axes[a]);
       const std::vector<TaylorModel> rows = rows_of(motion, limits[k], constraints);
       int exceeded = -1;
       double relative = 0.0;

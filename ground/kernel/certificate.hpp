@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "constraints.hpp"
+#include "trajectory.hpp"
 
 namespace halfroll::planner {
 

@@ -1,13 +1,10 @@
-// Limited quantities at samples of a piece, and their gradients. Why: what holds at a sample is one small list of rows,
-// so a new limit is one more row, and solver, repair and check see nothing but margins.
+// Limited quantities. Why: what holds at a time is one small list of rows, so a new limit is one more row, and solver,
+// repair and proof see nothing but margins. row_values.hpp says what they are at samples.
 #pragma once
-#include <Eigen/Core>
-#include <array>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "trajectory.hpp"
 #include "vehicle.hpp"
 
 namespace halfroll::planner {
@@ -93,51 +90,6 @@ class Constraints {
 
 inline int Constraints::dynamic_entries() const { return limits_rates_ ? kRateEntries : kDynamicEntries; }
 
-constexpr int kSampled = 6;  // derivatives 0..5
-
-/// Tables of the basis at tau_i = i/intervals, i = 0..count-1: (count, 10) for each derivative. The right end is the
-/// next piece's left one, and left out without rates.
-class SampleTable {
- public:
-  using Table = Eigen::Matrix<double, Eigen::Dynamic, kOrder>;
-  static constexpr int kRow = 12;  // a row padded to full packs
-
-  /// count: a multiple of Pack::kWidth. rates: with the 5th derivative, which jumps at the nodes, and so both ends.
-  explicit SampleTable(int count, bool rates = false);
-  int count() const { return static_cast<int>(tables_[0].rows()); }
-  int intervals() const { return intervals_; }
-  int derivatives() const { return derivatives_; }
-  const Table& operator[](int derivative) const { return tables_[derivative]; }
-  /// The same numbers by rows of kRow.
-  const double* rows(int derivative) const { return rows_[derivative].data(); }
-
- private:
-  int intervals_, derivatives_;
-  std::array<Table, kSampled> tables_;
-  std::array<std::vector<double>, kSampled> rows_;
-};
-
-/// Flat outputs of all samples of a piece: derivative by time, (count, 4) each.
-using FlatSamples = std::array<Eigen::Matrix<double, Eigen::Dynamic, kAxes>, kSampled>;
-
-void sample_piece(const Ends& ends, double duration, const SampleTable& table, FlatSamples& flat);
-
-/// (count, rows) values of the rows on a piece.
-void evaluate(const Constraints& constraints, const PieceLimits& piece, const FlatSamples& flat,
-              Eigen::MatrixXd& values);
-
 Entry dynamic_entry(int index);
-/// Place of an unordered pair of dynamic entries.
-constexpr int dynamic_pair(int e, int f) { return e >= f ? e * (e + 1) / 2 + f : f * (f + 1) / 2 + e; }
-
-/// Curvature of a weighted sum of the rows that depend on all of the dynamics: rotor thrusts, their rates (without what
-/// the root adds) and body rate. weights (count, rows); hessians (count, pairs): a symmetric matrix by the dynamic
-/// entries for each sample.
-void curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::MatrixXd& weights,
-               Eigen::MatrixXd& hessians);
-
-/// For each row (count, entries of the row): its gradient.
-void differentiate(const Constraints& constraints, const PieceLimits& piece, const FlatSamples& flat,
-                   std::vector<Eigen::MatrixXd>& slopes);
 
 }  // namespace halfroll::planner

@@ -110,10 +110,31 @@ std::array<S, 4> rotor_thrusts(const S& size, const BodyRate<S>& b, const Vehicl
   return {T + x - z, T + y + z, T - x - z, T - y + z};
 }
 
+/// All of it: what thrusts and attitude are at some flat outputs.
+template <class S>
+struct Dynamics {
+  Flat<S> flat;
+  ThrustAxis<S> axis;
+  BodyRate<S> body;
+  std::array<S, 4> thrust;  // [N] of each rotor
+};
+
+template <class S>
+Dynamics<S> dynamics(const Flat<S>& flat, const Vehicle& vehicle) {
+  Dynamics<S> at;
+  at.flat = flat;
+  at.axis = thrust_axis(flat, vehicle.gravity);
+  at.body = body_rate(at.axis, flat);
+  at.thrust = rotor_thrusts(at.axis.size, at.body, vehicle);
+  return at;
+}
+
 /// Gradient by Flat of (u . dw + v . w), u and v being constants: the reverse sweep through body_rate and thrust_axis.
 template <class S>
-FlatGradient<S> pull_back(const Vec<S>& u, const Vec<S>& v, const ThrustAxis<S>& a, const BodyRate<S>& b,
-                          const Flat<S>& flat) {
+FlatGradient<S> pull_back(const Vec<S>& u, const Vec<S>& v, const Dynamics<S>& at) {
+  const ThrustAxis<S>& a = at.axis;
+  const BodyRate<S>& b = at.body;
+  const Flat<S>& flat = at.flat;
   FlatGradient<S> g;
   // yaw: w = R'tilt + yaw_rate e3,  dw = R'dtilt + yaw_rate (w2, -w1, 0) + yaw_acceleration e3
   const S v0 = v[0] - flat.yaw_rate * u[1], v1 = v[1] + flat.yaw_rate * u[0];

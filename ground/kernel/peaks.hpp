@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "constraints.hpp"
+#include "row_values.hpp"
 #include "unknowns.hpp"
 
 namespace halfroll::planner {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "constraints.hpp"
+#include "row_values.hpp"
 
 namespace halfroll::planner {
 

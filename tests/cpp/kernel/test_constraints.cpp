@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include "flights.hpp"
+#include "kernel/row_values.hpp"
 
 namespace halfroll::planner {
 
