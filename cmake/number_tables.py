@@ -39,10 +39,23 @@ def numbers(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, floa
                 yield name, float(WORDS[kind][piece])
 
 
+def table_of(file: Path) -> dict[str, Any]:
+    """What a file says, and what the one beside it says that it is like."""
+    table = tomllib.loads(file.read_text())
+    return merged(table_of(file.with_name(f"{table.pop('like')}.toml")), table) if "like" in table else table
+
+
+def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    both = dict(base)
+    for key, entry in changes.items():
+        both[key] = merged(both[key], entry) if isinstance(entry, dict) and isinstance(both.get(key), dict) else entry
+    return both
+
+
 def main(word: str, out: Path, files: list[Path]) -> None:
     lines = [f"// made from *.toml: {word}(name, {{key, number}}...)"]
     for file in sorted(files):
-        entries = ", ".join(f'{{"{key}", {number!r}}}' for key, number in numbers(tomllib.loads(file.read_text())))
+        entries = ", ".join(f'{{"{key}", {number!r}}}' for key, number in numbers(table_of(file)))
         lines.append(f'{word}("{file.stem}", {entries})')
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text("\n".join(lines) + "\n")

@@ -235,12 +235,16 @@ class Link:
                     messages.append(message)
         return messages
 
+    def address(self, vehicle_system: int) -> None:
+        """Talk to this autopilot, heard or not."""
+        self.vehicle_system = vehicle_system
+        self._codec.srcSystem = self._own_system or vehicle_system
+
     def _accept(self, frame: Any) -> Message | None:
         kind = frame.get_type()
         component = frame.get_srcComponent()
         if self.vehicle_system is None and kind == "HEARTBEAT" and component == AUTOPILOT:
-            self.vehicle_system = frame.get_srcSystem()
-            self._codec.srcSystem = self._own_system or self.vehicle_system
+            self.address(frame.get_srcSystem())
         if frame.get_srcSystem() != self.vehicle_system:
             return None
         if component != AUTOPILOT and not (component == GROUND and kind == "STATUSTEXT"):

@@ -5,9 +5,10 @@ logarithm); waypoints and continuity hold by construction, because every trial s
 
 Each step linearises all margins at fixed samples of each leg, by one batch of perturbed copies of the path, and solves
 a linear program for the change of durations within a trust region; a common slack lets it start outside the limits.
-At the optimum most courses have as many active limits as legs, where such steps converge like Newton's. Peaks
-between the samples are then found densely, the limits of those legs tightened by the excess, and the search goes on;
-a last uniform stretch of well under a percent makes the dense check hold.
+At the optimum most courses have as many active limits as legs, where such steps converge like Newton's; where there are
+fewer they zigzag, so a short stretch is polished by SLSQP, which learns the curvature. Peaks between the samples are
+then found densely, the limits of those legs tightened by the excess, and the search goes on; a last uniform stretch of
+well under a percent makes the dense check hold.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize
 from scipy.sparse import csr_array, hstack
 
 from halfroll.errors import InfeasibleSegment, PlanError
@@ -40,6 +41,8 @@ _ITERATIONS = 60
 _REPAIRS = 5
 _SPARE = 1e-7
 _GAIN_MIN = 1e-6  # of the total time
+_POLISHED_LEGS = 8
+_POLISH_WITHIN = 0.1  # of log duration
 _PENALTY = 30.0  # relative time a unit of relative violation costs
 
 
@@ -191,6 +194,31 @@ class Search:
                 break
         return np.asarray(np.exp(u))
 
+    def polish(self, durations: Array) -> Array:
+        """The optimum nearby, where there are few legs; the sampled margins of the result are no worse than given."""
+        start = np.log(durations)
+        here = self.sampled(durations[None])[0].ravel()
+        near = np.flatnonzero(here < 2.0 * _POLISH_WITHIN)
+        steps = _STEP * np.concatenate([np.eye(len(start)), -np.eye(len(start))])
+
+        def slope(u: Array) -> Array:
+            up, down = np.split(self.sampled(np.exp(u + steps)).reshape(len(steps), -1)[:, near], 2)
+            return np.asarray((up - down).T / (2.0 * _STEP))
+
+        found = minimize(
+            lambda u: np.exp(u).sum(),
+            start,
+            jac=np.exp,
+            method="SLSQP",
+            bounds=[(u - _POLISH_WITHIN, u + _POLISH_WITHIN) for u in start],
+            constraints={"type": "ineq", "fun": lambda u: self.sampled(np.exp(u)[None]).ravel()[near], "jac": slope},
+            options={"maxiter": _ITERATIONS, "ftol": 1e-10},
+        )
+        polished = np.exp(found.x)
+        if found.success and self.least(polished) >= min(-_SPARE, float(here.min())):
+            return np.asarray(polished)
+        return durations
+
     def _critical(self, here: Array, trust: float) -> NDArray[np.bool_]:
         """Which margins the linear program sees."""
         critical = here < max(_CRITICAL, 4.0 * trust)
@@ -324,12 +352,17 @@ def _single(search: Search) -> Array:
 
 
 def _repaired(search: Search, durations: Array) -> Array | None:
+    few = len(durations) <= _POLISHED_LEGS
+    if few:
+        durations = search.polish(durations)
     for _ in range(_REPAIRS):
         found = search.check(durations)
         if found.worst.relative > -2e-5:
             break
         search.tighten(durations, found)
         durations = search.descend(durations, trust=0.01, iterations=20)
+        if few:
+            durations = search.polish(durations)
     for most in (1.01, 1.1, 8.0):
         stretched = search.stretch_until_checked(durations, most)
         if stretched is not None:

@@ -45,7 +45,28 @@ def shipped(folder: Path) -> list[str]:
 
 
 def read(name_or_path: str | Path, folder: Path, what: str, error: type[InputError]) -> dict[str, Any]:
-    """A shipped table by name, or any .toml file. Raises `error`, which says what there is."""
+    """A shipped table by name, or any .toml file; what one that is `like` a shipped one does not say is as there.
+    Raises `error`, which says what there is."""
+    table = _as_written(name_or_path, folder, what, error)
+    if "like" not in table:
+        return table
+    base = table.pop("like")
+    if base not in shipped(folder):
+        known = ", ".join(shipped(folder))
+        raise error(f"{what} {name_or_path} is like {base!r}, which is not shipped; like is one of {known}")
+    return merged(read(base, folder, what, error), table)
+
+
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with the entries of `changes` in their place, table by table."""
+    both = dict(base)
+    for key, entry in changes.items():
+        before = both.get(key)
+        both[key] = merged(before, entry) if isinstance(before, Mapping) and isinstance(entry, Mapping) else entry
+    return both
+
+
+def _as_written(name_or_path: str | Path, folder: Path, what: str, error: type[InputError]) -> dict[str, Any]:
     file = Path(name_or_path)
     if file.suffix != ".toml":
         file = folder / f"{name_or_path}.toml"

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from halfroll._firmware import vehicle_setup
 from halfroll.errors import VehicleError
 from halfroll.vehicle import GRAVITY, built_vehicle, load_vehicle, shipped_vehicles
 
 
-@pytest.mark.parametrize("name", ["mit-fp", "mit-vp", "race-5in"])
+@pytest.mark.parametrize("name", ["mit-fp", "mit-vp", "paper-faithful", "paper-plan", "race-5in"])
 def test_shipped_vehicles_load_and_can_hover(name):
     vehicle = load_vehicle(name)
     assert vehicle.name == name
@@ -85,8 +86,37 @@ def test_a_file_elsewhere_is_loaded_by_its_path(tmp_path):
         load_vehicle(str(mine))
 
 
+def test_a_file_that_is_like_a_shipped_vehicle_says_only_what_differs(tmp_path):
+    mine = tmp_path / "mine.toml"
+    mine.write_text('like = "mit-fp"\nname = "mine"\nmass_kg = 0.6\n[rotor]\nlag_s = 0.1\n[params]\nATT_WN = 9\n')
+    vehicle, shipped = load_vehicle(mine), load_vehicle("mit-fp")
+    assert (vehicle.name, vehicle.mass_kg, vehicle.rotor.lag_s, vehicle.params["ATT_WN"]) == ("mine", 0.6, 0.1, 9.0)
+    assert (vehicle.rotor.lag_down_s, vehicle.params["LAG_COMP"], vehicle.arm_m) == (0.12, 3.0, shipped.arm_m)
+    mine.write_text('like = "mine"\nname = "mine"\n')
+    with pytest.raises(VehicleError, match="is like 'mine', which is not shipped; like is one of mit-fp, mit-vp"):
+        load_vehicle(mine)
+
+
+@pytest.mark.parametrize("name", shipped_vehicles())
+def test_a_shipped_vehicle_has_the_same_numbers_in_the_simulator(name):
+    ours, theirs = load_vehicle(name), vehicle_setup(name)
+    assert theirs.plant.mass == ours.mass_kg
+    for parameter, number in ours.params.items():
+        assert theirs.params[parameter] == pytest.approx(number), parameter
+
+
+def test_the_paper_s_presets_differ_from_its_vehicle_only_where_they_say():
+    shipped = load_vehicle("mit-vp")
+    named = {"name": "mit-vp", "description": shipped.description}
+    assert load_vehicle("paper-plan").model_copy(update={**named, "mass_kg": 0.571}) == shipped
+    off = {"ACT_LEAD": 0.0, "FADE_FORCE": 0.0, "REF_EXTRAP": 0.0, "SIGN_RULE": 1.0, "VEH_DRAG": 0.0}
+    faithful = load_vehicle("paper-faithful")
+    assert faithful.params == off
+    assert faithful.model_copy(update={**named, "params": shipped.params}) == shipped
+
+
 def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
-    with pytest.raises(VehicleError, match="shipped are mit-fp, mit-vp, race-5in"):
+    with pytest.raises(VehicleError, match="shipped are mit-fp, mit-vp, paper-faithful, paper-plan, race-5in"):
         load_vehicle("mit-xp")
     with pytest.raises(VehicleError, match="No such file"):
         load_vehicle(tmp_path / "none.toml")
