@@ -125,7 +125,8 @@ void Autopilot::disarm() {
 }
 
 void Autopilot::enter(Mode mode, Requester who) {
-  const bool keeps_reference = mode_ != Mode::kOffboard && armed_ && !manoeuvre_.active();
+  const bool recovering = recovery_ != Recovery::kNone;
+  const bool keeps_reference = (mode_ != Mode::kOffboard || recovering) && armed_ && !manoeuvre_.active();
   const bool upside_down = inverted_ && !manoeuvre_.active();
   manoeuvre_.stop();
   if (upside_down && mode != Mode::kHold && estimate_.position_valid) turn_over(BodyAxis::kRoll, 0.5F);
@@ -150,7 +151,8 @@ void Autopilot::enter(Mode mode, Requester who) {
   return_climbing_ = mode == Mode::kReturn;
   entered_by_ground_station_ = who == Requester::kGroundStation;
   if (who == Requester::kUser) user_mode_ = mode;
-  recovering_ = recovering_ && who == Requester::kAutopilot;
+  const bool stops = mode == Mode::kHold || mode == Mode::kLand;
+  if (who != Requester::kAutopilot || !stops) recovery_ = Recovery::kNone;
   mode_ = mode;
   idle_s_ = 0.F;
 }
@@ -165,7 +167,7 @@ void Autopilot::set_home(const Vec3& position) {
 auto Autopilot::state() const {
   return std::tuple_cat(
       std::tie(t_us_, mode_, user_mode_, armed_, flown_, terminated_, entered_by_ground_station_, idle_s_,
-               failsafe_until_us_, ground_heard_us_, imu_failed_us_, hold_position_, hold_yaw_, stopping_, recovering_,
+               failsafe_until_us_, ground_heard_us_, imu_failed_us_, hold_position_, hold_yaw_, stopping_, recovery_,
                takeoff_height_, inverted_, return_climbing_, mission_started_, mission_revision_, offboard_stage_,
                position_was_valid_, position_resets_),
       std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, setpoint_.attitude_used,

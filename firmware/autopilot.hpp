@@ -125,6 +125,7 @@ class Autopilot : private MissionItems {
   void fly_position();
   void land_without_position();
   void restart_follower();
+  void start_recovery();
   void report_reached();
   FollowerTarget hold_target() const;
   void hold();
@@ -192,8 +193,10 @@ class Autopilot : private MissionItems {
   Follower follower_;
   Vec3 hold_position_ = Vec3::Zero();
   float hold_yaw_ = 0.F;
-  bool stopping_ = false;    // on the way to rest; hold_position_ is where that will be
-  bool recovering_ = false;  // that in a hurry: setpoints were lost
+  bool stopping_ = false;  // on the way to rest; hold_position_ is where that will be
+  /// That in a hurry, for setpoints were lost: upright, or at speed whichever way up is nearer.
+  enum class Recovery : std::uint8_t { kNone, kUpright, kEitherWayUp };
+  Recovery recovery_ = Recovery::kNone;
   Manoeuvre manoeuvre_;
   bool inverted_ = false;        // HOLD is, or after the manoeuvre will be, upside down
   float takeoff_height_ = 2.5F;  // above home [m]

@@ -125,7 +125,10 @@ struct Autopilot::Applying {
     const CommandResult result = self.change_mode(Mode::kHold, requester(header));
     if (result != kDone) return result;
     self.stopping_ = !anything;
-    if (anything) self.hold_position_ = to;
+    if (anything) {
+      self.hold_position_ = to;
+      self.recovery_ = Recovery::kNone;
+    }
     if (w.has_yaw) self.hold_yaw_ = w.yaw;
     return kDone;
   }

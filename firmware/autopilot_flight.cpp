@@ -15,6 +15,8 @@ constexpr float kSlowBelow = 5.F;         // [m] above home: a descent is slow
 constexpr float kFastAbove = 10.F;        // [m] above home: full descent speed
 constexpr float kSinkLead = 0.6F;         // [m], a descending reference is at most this far below the vehicle
 constexpr float kBlindCorrection = 0.5F;  // of gravity, descending without a position
+constexpr float kEitherWayAbove = 2.5F;   // [m/s]; below, the half roll that follows costs more than it saves
+constexpr float kUprightBelow = 0.5F;     // [m/s], slow enough to roll upright and hold
 
 }  // namespace
 
@@ -33,14 +35,15 @@ void Autopilot::hold_at(Vec3 position) {
 void Autopilot::hold() {
   if (landed_.on_ground()) return stand_by();
   if (!stopping_) return fly_to(hold_target());
-  if (recovering_) {
+  if (recovery_ != Recovery::kNone) {
     const float most = 4.F * vehicle_.thrust_max / vehicle_.mass;  // sideways, while the rotors carry the weight
     follower_.recover(kReferenceDt, std::sqrt(std::max(most * most - kGravity * kGravity, 1.F)), params_);
   } else {
     follower_.brake(kReferenceDt, params_);
   }
-  stopping_ = !follower_.at_rest();
-  recovering_ = recovering_ && stopping_;
+  const bool fast = estimate_.v_WB.norm() > kUprightBelow;
+  stopping_ = !follower_.at_rest() || (recovery_ == Recovery::kEitherWayUp && fast);
+  if (!stopping_) recovery_ = Recovery::kNone;
   hold_position_ = follower_.reference().position;
   fly_reference();
 }
@@ -73,6 +76,7 @@ void Autopilot::stand_by() {
   hold_position_ = estimate_.p_WB;
   hold_yaw_ = follower_.reference().yaw;
   stopping_ = false;
+  recovery_ = Recovery::kNone;
   outer_loop_.reset(estimate_.q_WB);
   setpoint_ = Setpoint{};
   setpoint_.t_us = t_us_;
@@ -97,6 +101,7 @@ void Autopilot::fly_reference() {
   in.lead_acceleration = reference.acceleration + reference.jerk * (params_.actuator_lead + mid_age);
   in.mid_age = mid_age;
   in.sigma = inverted_ ? -1.F : 1.F;
+  in.sigma_event_near = recovery_ == Recovery::kEitherWayUp;  // the axis' sign by continuity, from the body's
   in.on_ground = landed_.on_ground();
   setpoint_ = outer_loop_.step(in, params_);
   setpoint_mask_ = 0;
@@ -203,7 +208,7 @@ void Autopilot::fly_offboard() {
     case OffboardStage::kTracking:
     case OffboardStage::kNoRates:
       if (before == OffboardStage::kRecovering) outbox_.say(link::Severity::kInfo, "Offboard: setpoints regained");
-      recovering_ = false;
+      recovery_ = Recovery::kNone;
       if (offboard_.is_position()) return fly_position();
       restart_follower();  // ready to take over from here
       return;
@@ -212,8 +217,7 @@ void Autopilot::fly_offboard() {
         if (offboard_.is_position()) {
           stopping_ = true;
         } else {
-          restart_follower();
-          recovering_ = true;
+          start_recovery();
         }
         outbox_.say(link::Severity::kWarning, "Offboard: setpoints lost, recovering");
       }
@@ -237,6 +241,16 @@ void Autopilot::land_without_position() {
   const float correction = params_.pos_kd_z * (-params_.land_speed - estimate_.v_WB.z());
   const float most = kBlindCorrection * kGravity;
   setpoint_.thrust = vehicle_.mass * (kGravity + std::clamp(correction, -most, most));
+}
+
+/// Rotors that push both ways brake upside down as well as upright: at speed the attitude that is nearer is taken, if
+/// there is height for rolling upright afterwards.
+void Autopilot::start_recovery() {
+  restart_follower();
+  const bool both_ways = vehicle_.rotor_kind == RotorKind::kVariablePitch;
+  const bool high = estimate_.p_WB.z() - home_position().z() > params_.inverted_height_min;
+  const bool fast = estimate_.v_WB.norm() > kEitherWayAbove;
+  recovery_ = both_ways && high && fast ? Recovery::kEitherWayUp : Recovery::kUpright;
 }
 
 /// References start again from the present motion and come to rest from there.

@@ -71,6 +71,9 @@ class Flight:
         (ack,) = (m for _, m in self.heard[since:] if m.get_type() == "COMMAND_ACK")
         return int(ack.result)
 
+    def set_param(self, name: bytes, value: float) -> None:
+        self.step(self._ours.param_set_encode(1, 1, name, value, dialect.MAV_PARAM_TYPE_REAL32))
+
     def stream(self, ms: int, q: tuple[float, ...], thrust: float, rates: tuple[float, ...] = (0.0, 0.0, 0.0)) -> None:
         """One SET_ATTITUDE_TARGET every 10 ms; the last one is 10 ms old at the end. On the wire's axes."""
         for _ in range(ms // STREAM_MS):
@@ -230,6 +233,30 @@ def test_the_height_lost_while_rolling_upright_is_less_than_two_metres(offboard:
     assert began - lowest < 2.0
 
 
+def lost_at_speed(flight: Flight) -> tuple[float, float]:
+    """Tilted by 60 deg at full thrust for 0.3 s, then silence: least cosine of the tilt, and distance from the loss."""
+    flight.stream(300, (math.cos(math.pi / 6), 0.0, -math.sin(math.pi / 6), 0.0), 1.0)
+    assert flight.up > 0.4
+    place, lowest_up, farthest = np.array(flight.world.p_WB), 1.0, 0.0
+    for _ in range(4000):
+        flight.step()
+        lowest_up = min(lowest_up, flight.up)
+        farthest = max(farthest, float(np.linalg.norm(flight.world.p_WB - place)))
+    assert flight.up > 0.999
+    assert np.linalg.norm(flight.world.v_WB) < 0.05
+    return lowest_up, farthest
+
+
+def test_at_speed_it_brakes_upside_down_where_that_is_nearer_and_then_rolls_upright(offboard: Flight) -> None:
+    high, low = offboard.copy(), offboard.copy()
+    low.set_param(b"INV_MIN_ALT", 20.0)
+    lowest_up, farthest = lost_at_speed(high)
+    lowest_up_upright, farthest_upright = lost_at_speed(low)
+    assert lowest_up < -0.3
+    assert lowest_up_upright > 0.3  # too low for the half roll: upright, as everywhere else
+    assert farthest < farthest_upright - 0.2
+
+
 def test_without_any_setpoint_offboard_is_left_after_a_second(offboard: Flight) -> None:
     flight = offboard.copy()
     assert flight.command(SET_MODE, 1, 4, 3) == 0
@@ -246,7 +273,6 @@ def test_without_any_setpoint_offboard_is_left_after_a_second(offboard: Flight) 
 @pytest.mark.parametrize(("action", "mode"), [(1, "Land"), (2, "Return"), (3, "Hold")])
 def test_what_follows_the_loss_is_a_parameter(offboard: Flight, action: int, mode: str) -> None:
     flight = offboard.copy()
-    name = b"OFB_LOSS_ACT"
-    flight.step(flight._ours.param_set_encode(1, 1, name, float(action), dialect.MAV_PARAM_TYPE_REAL32))
+    flight.set_param(b"OFB_LOSS_ACT", float(action))
     flight.run(600)
     assert flight.autopilot.mode == mode

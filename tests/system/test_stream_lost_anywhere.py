@@ -5,6 +5,7 @@ Why: the ladder of contract section 11 is judged where it is needed, at speed an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -21,7 +22,7 @@ from halfroll.near_optimal import limits_of, plan_near_optimal
 from halfroll.references import PARAMETERS, Path, References, path_of
 from halfroll.segments import node, rest, solve
 from halfroll.vehicle import GRAVITY, load_vehicle
-from system.contract.aircraft import ACCEPTED, OFFBOARD, A, Aircraft, Client, dialect
+from system.contract.aircraft import ACCEPTED, HOLD, OFFBOARD, A, Aircraft, Client, dialect
 
 HEIGHT = 12.0  # [m], where both begin
 POINTS = 20
@@ -172,6 +173,32 @@ def at_twelve_metres() -> Aircraft:
     return aircraft
 
 
+def test_from_any_attitude_and_rate_it_recovers_upright(at_twelve_metres: Aircraft) -> None:
+    """After up to 0.8 s of setpoints that make no sense: any attitude, up to 20 rad/s, any thrust; high up."""
+    random = np.random.default_rng(1)
+    high = at_twelve_metres.copy()
+    client: Client = high.client(A, system=1, component=190)
+    assert client.set_mode(HOLD) == ACCEPTED
+    assert client.command(192, -1, 1, 0, math.nan, math.nan, math.nan, 540.0) == ACCEPTED  # above the sea
+    high.fly(20.0)
+    assert high.world.p_WB[2] > 50.0
+    assert client.set_mode(OFFBOARD) == ACCEPTED
+    for _ in range(60):
+        aircraft = high.copy()
+        client = aircraft.client(A, system=1, component=191)
+        axis, rate = random.normal(size=3), random.uniform(0.0, 20.0)
+        rates = dict(
+            zip(("body_roll_rate", "body_pitch_rate", "body_yaw_rate"), rate * axis / np.linalg.norm(axis), strict=True)
+        )
+        q, thrust, ignored = random.normal(size=4), random.uniform(-1.0, 1.0), 128 if rate > 10.0 else 0
+        target = {"q": (q / np.linalg.norm(q)).tolist(), "thrust": thrust, "type_mask": ignored, **rates}
+        aircraft.stream(client, random.uniform(0.1, 0.8), **target)
+        aircraft.fly(7.0)
+        assert aircraft.autopilot.mode == "Hold"
+        assert up(aircraft) > 0.99
+        assert np.linalg.norm(aircraft.world.v_WB) < 0.1
+
+
 EACH = [(name, n) for name in ("mission", "flip") for n in range(POINTS)]
 
 
@@ -180,13 +207,9 @@ def test_it_recovers_upright_and_holds(losses: dict[str, list[Loss]], name: str,
     assert losses[name][n].settled
 
 
-def test_it_stays_near_the_point_of_loss(losses: dict[str, list[Loss]]) -> None:
-    """Where it was about to speed up, 150 ms of the last thrust take it beyond the distance that its speed at the loss
-    allows: three points of the forty, by up to a fifth."""
-    beyond = {name: [loss.drift / loss.allowed for loss in found] for name, found in losses.items()}
-    assert sum(share > 1.0 for share in beyond["mission"]) <= 1
-    assert sum(share > 1.0 for share in beyond["flip"]) <= 2
-    assert max(map(max, beyond.values())) < 1.2
+@pytest.mark.parametrize(("name", "n"), EACH)
+def test_it_stays_near_the_point_of_loss(losses: dict[str, list[Loss]], name: str, n: int) -> None:
+    assert losses[name][n].drift <= losses[name][n].allowed
 
 
 @pytest.mark.parametrize(("name", "n"), EACH)
