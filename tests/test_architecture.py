@@ -135,7 +135,8 @@ def imports_of(module: Path) -> tuple[set[str], set[str]]:
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = node.module or ""
-            names = [f"{base}.{alias.name}" for alias in node.names] if base in ("halfroll", "") else [base]
+            inside = base.partition(".")[0] in ("halfroll", "")
+            names = [f"{base}.{alias.name}" for alias in node.names] if inside else [base]
             if node.level:
                 names = [f"halfroll.{name.lstrip('.')}" for name in names]
         else:
@@ -143,14 +144,19 @@ def imports_of(module: Path) -> tuple[set[str], set[str]]:
         for name in names:
             parts = name.split(".")
             if parts[0] == "halfroll":
-                if len(parts) > 1 and (PACKAGE / f"{parts[1]}.py").exists():
-                    ours.add(parts[1])
+                paths = ("/".join(parts[1:end]) for end in range(len(parts), 1, -1))
+                ours |= {next((path for path in paths if (PACKAGE / f"{path}.py").exists()), "__init__")}
             else:
                 others.add(parts[0])
     return ours, others
 
 
-PYTHON = sorted(PACKAGE.glob("*.py"))
+PYTHON = sorted(PACKAGE.rglob("*.py"))
+
+
+def module_name(module: Path) -> str:
+    """`paper/claims` for a module of a package inside ours."""
+    return module.relative_to(PACKAGE).with_suffix("").as_posix()
 
 
 def names(cell: str) -> set[str]:
@@ -158,12 +164,12 @@ def names(cell: str) -> set[str]:
 
 
 def layer_of(module: str) -> dict[str, str] | None:
-    return next((row for row in LAYERS if module in names(row["modules"])), None)
+    return next((row for row in LAYERS if any(fnmatch(module, name) for name in names(row["modules"]))), None)
 
 
-@pytest.mark.parametrize("module", PYTHON, ids=lambda p: p.stem)
+@pytest.mark.parametrize("module", PYTHON, ids=module_name)
 def test_a_python_module_imports_only_its_own_layer_and_those_its_row_names(module: Path) -> None:
-    row = layer_of(module.stem)
+    row = layer_of(module_name(module))
     assert row is not None, f"{module.name} is in no layer of docs/architecture.md"
     ours, others = imports_of(module)
     for imported in ours - {"__init__"}:
@@ -185,7 +191,9 @@ def stripped(module: Path) -> str:
 
 def test_python_modules_form_no_cycle() -> None:
     graph = {
-        module.stem: imports_of(module)[0] - {module.stem, "__init__"} for module in PYTHON if module.stem != "__init__"
+        module_name(module): imports_of(module)[0] - {module_name(module), "__init__"}
+        for module in PYTHON
+        if module_name(module) != "__init__"
     }
     assert list(TopologicalSorter(graph).static_order())
 

@@ -9,6 +9,8 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -17,11 +19,13 @@ from rich.table import Table
 from rich.text import Text
 
 from halfroll.mission_items import command_name
+from halfroll.paper.claims import shown
 
 if TYPE_CHECKING:
     from halfroll.evaluation import FlightFigures
     from halfroll.flight import FlightResult
     from halfroll.flight_files import FlightFiles
+    from halfroll.paper.claims import Claim
     from halfroll.plan import Plan
     from halfroll.preflight import Preflight
     from halfroll.vehicle import Vehicle
@@ -86,6 +90,25 @@ def show_flight(flown: FlightResult, figures: FlightFigures | None, files: Fligh
         out.print(Text("flown within limits", "bold green"))
     for name, path in (("log", files.log), ("report", files.report)):
         out.print(Text(f"{name:7}{path}"), soft_wrap=True)
+
+
+def show_claims(claims: Sequence[Claim], folder: Path) -> None:
+    out = console()
+    table = Table("", "claim", "paper", "here", "tolerance", "", box=None)
+    for claim in claims:
+        mark = Text("holds", "green") if claim.holds else Text("fails", "bold red")
+        what = Text(claim.what) if claim.holds or not claim.note else Text(f"{claim.what} ({claim.note})")
+        here = Text(f"{shown(claim.got)} {claim.unit}".rstrip(), "bold")
+        table.add_row(claim.id, what, shown(claim.paper), here, Text(claim.tolerance, "dim"), mark)
+    out.print(table)
+    failed = [claim.id for claim in claims if not claim.holds]
+    verdict = f"all {len(claims)} claims hold" if not failed else f"{', '.join(failed)}: not within tolerance"
+    out.print(Text(verdict, "bold red" if failed else "bold green"))
+    out.print(Text(f"pictures {folder / 'README.md'}"), soft_wrap=True)
+
+
+def claims_json(claims: Sequence[Claim]) -> dict[str, Any]:
+    return {"claims": [asdict(claim) for claim in claims]}
 
 
 def _flight_rows(flown: FlightResult, figures: FlightFigures, real_time: bool) -> list[tuple[str, str, str]]:

@@ -6,8 +6,9 @@ plan and no log, so whatever has numbers can draw itself.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +66,17 @@ def style(colours: Palette) -> Any:
         "figure.facecolor": "none",
         "axes.facecolor": "none",
     }
+
+
+def save_figure(path: Path, size: tuple[float, float], draw: Callable[[Figure, Palette], None]) -> None:
+    """A picture of this size [inch] on white, drawn by `draw`."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context(style(ON_PAPER)):
+        figure = Figure(figsize=size, layout="constrained", facecolor="white")
+        draw(figure, ON_PAPER)
+        figure.savefig(path, dpi=90, facecolor="white", metadata={"Software": None})
 
 
 def draw_thrust_limits(axes: Axes, low: float, high: float, colours: Palette) -> None:
