@@ -6,17 +6,40 @@ BIN := $(VENV)/bin
 BUILD := build/editable
 MISSION ?= examples/first_flight.plan
 JOBS ?= 2
+CORTEX_M_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
 
-.PHONY: fly test test-long lint build bench clean
+.PHONY: fly test test-long lint analyse build boards board-m4 hil bench clean
 fly: build
 	$(BIN)/halfroll fly $(MISSION) $(ARGS)
 
-test: lint build
+test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
 	$(BIN)/pytest -m "not long"
 
-test-long: build $(VENV)/clients
+test-long: build boards $(VENV)/clients
 	$(BIN)/pytest -m long
+
+# The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
+hil: build boards
+	$(BIN)/python tests/hil/run.py --output build/hil.json
+	$(BIN)/pytest tests/hil
+
+boards: board-m4 board-m7
+
+board-m4 board-m7: board-%: $(VENV)/ready | build/deps/cortex-m
+	@test -f build/cortex-$*/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset cortex-$* >build/cortex-$*.log \
+	  || (cat build/cortex-$*.log; exit 1)
+	@$(BIN)/cmake --build build/cortex-$* -j $(JOBS)
+
+build/deps/cortex-m:
+	@mkdir -p build/deps
+	@if command -v arm-none-eabi-g++ >/dev/null && command -v qemu-system-arm >/dev/null; then :; \
+	elif test "$$(id -u)" = 0 && command -v apt-get >/dev/null; then \
+	  echo "installing the Cortex-M cross compiler and QEMU: $(CORTEX_M_PACKAGES)"; \
+	  (apt-get update -qq && apt-get install -qq -y --no-install-recommends $(CORTEX_M_PACKAGES)) >/dev/null; \
+	fi
+	@if command -v arm-none-eabi-g++ >/dev/null && command -v qemu-system-arm >/dev/null; then touch $@; \
+	else echo "The boards need a cross compiler and QEMU: sudo apt-get install $(CORTEX_M_PACKAGES)"; exit 1; fi
 
 bench: build
 	$(BIN)/python tests/bench/bench.py --output build/bench.json
@@ -56,6 +79,15 @@ lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	git ls-files '*.cpp' '*.hpp' | xargs $(BIN)/clang-format --dry-run --Werror
+
+# Static analysis of the firmware; what is left out, and why, stands in .clang-tidy and .cppcheck.
+analyse: build
+	@command -v clang-tidy >/dev/null && command -v cppcheck >/dev/null || \
+	  (echo "analysis needs clang-tidy and cppcheck: sudo apt-get install clang-tidy cppcheck"; exit 1)
+	cppcheck --quiet --std=c++17 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+	  --suppressions-list=.cppcheck -I firmware firmware
+	git ls-files 'firmware/*.cpp' ':!firmware/boards/cortex_m' | xargs -P $(JOBS) -n 4 \
+	  clang-tidy --quiet -p $(BUILD) --extra-arg=-Wno-unknown-warning-option
 
 clean:
 	rm -rf build $(VENV)

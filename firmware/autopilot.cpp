@@ -10,6 +10,7 @@
 #include "core/mixer.hpp"
 #include "core/quaternion.hpp"
 #include "core/setpoint.hpp"
+#include "core/state_checksum.hpp"
 #include "link/sentence.hpp"
 
 namespace halfroll {
@@ -24,13 +25,14 @@ Autopilot::Autopilot(const Vehicle& vehicle, const Params& params, const Boot& b
       params_(params),
       px4_identity_(boot.px4_identity),
       outer_loop_(vehicle),
-      origin_(link::origin_at(boot.origin_lat_deg, boot.origin_lon_deg, boot.origin_alt_m)),
+      origin_(boot.origin),
       param_service_(params),
       signing_(boot.signing_policies, boot.signing_key, boot.unix_us_at_wall_0, boot.signing),
       unix_us_at_wall_0_(boot.unix_us_at_wall_0) {
   outbox_.begin(static_cast<std::uint8_t>(params_.system_id), 0);
   params_state_ = boot.params.state;
   mission_state_at_boot_ = boot.mission.state;
+  last_words_ = boot.last_words;
   if (param_service_.load(boot.params.bytes, boot.params.size, params_) == link::ParamLoad::kDamaged) {
     params_state_ = link::StoredState::kLost;
   }
@@ -179,6 +181,14 @@ auto Autopilot::state() const {
 bool Autopilot::same_state(const Autopilot& other) const {
   return state() == other.state() && missions_ == other.missions_ &&
          std::memcmp(&params_, &other.params_, sizeof params_) == 0;  // all floats, no padding
+}
+
+std::uint32_t Autopilot::state_checksum() const {
+  StateChecksum checksum;
+  checksum.add(state());
+  checksum.add(missions_.id());
+  for (const ParamInfo& row : kParamTable) checksum.add(params_.*row.member);
+  return checksum.value();
 }
 
 int Autopilot::first() const {

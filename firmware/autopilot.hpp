@@ -16,6 +16,7 @@
 #include "core/rotor.hpp"
 #include "core/rotor_monitor.hpp"
 #include "link/commands.hpp"
+#include "link/frames.hpp"
 #include "link/link_counters.hpp"
 #include "link/missions.hpp"
 #include "link/params.hpp"
@@ -59,13 +60,13 @@ struct Outputs {
 
 /// Everything decided before the first step.
 struct Boot {
-  double origin_lat_deg = 47.397742, origin_lon_deg = 8.545594;  // local origin (WGS84)
-  double origin_alt_m = 488.0;                                   // above mean sea level
+  link::Origin origin{473977420, 85455940, 488000};
   bool px4_identity = false;
   std::uint64_t unix_us_at_wall_0 = 0;  // the time of day when wall_us was 0; 0 if nobody knows
   std::array<link::SigningPolicy, link::kLinkCount> signing_policies = {};
   std::optional<link::SigningKey> signing_key;
   link::StoredImage params, mission, signing;  // read only while booting
+  link::Text<50> last_words;                   // of a board that fell and started again: told to the first who listens
 };
 
 /// One vehicle's firmware. A value: copying it copies the whole autopilot; equal states fly equal flights.
@@ -93,6 +94,8 @@ class Autopilot : private MissionItems {
   const Reference& reference() const { return reference_; }
   const Params& params() const { return params_; }
   bool same_state(const Autopilot& other) const;
+  /// Of all that same_state compares, the mission by its id.
+  std::uint32_t state_checksum() const;
 
  private:
   static constexpr bool kAloud = true, kQuietly = false;  // whether a refusal may say more by STATUSTEXT
@@ -234,6 +237,7 @@ class Autopilot : private MissionItems {
   bool params_damaged_ = false;
   link::StoredState params_state_ = link::StoredState::kNothing, mission_state_at_boot_ = link::StoredState::kNothing;
   bool boot_faults_said_ = false;
+  link::Text<50> last_words_;
   bool shut_down_ = false, reboot_ = false;
   /// What the verdict on the stored mission hangs on: revision, home, origin and parameters.
   using MissionDatum = std::tuple<std::uint32_t, Vec3, link::Origin, float, float, float, float>;

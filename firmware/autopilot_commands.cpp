@@ -147,14 +147,14 @@ struct Autopilot::Applying {
     if (w.here) {
       self.set_home(self.estimate_.p_WB);
     } else {
-      self.home_ = link::home_given(self.origin_, {w.lat_degE7, w.lon_degE7, w.alt_m});
+      self.home_ = link::home_given(self.origin_, {w.lat_degE7, w.lon_degE7, w.alt_mm});
     }
     self.home_chosen_ = true;
     return kDone;
   }
   CommandResult operator()(const link::OriginWish& w) const {
     if (self.armed_) return not_now("armed, origin kept");
-    self.origin_ = {w.lat_degE7, w.lon_degE7, static_cast<double>(w.alt_mm) * 1e-3};
+    self.origin_ = {w.lat_degE7, w.lon_degE7, w.alt_mm};
     self.home_.reset();
     self.outbox_.send(link::kToAll, link::Telemetry{link::msg::kGpsGlobalOrigin, self.status()});
     return kDone;

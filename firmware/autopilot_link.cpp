@@ -213,6 +213,7 @@ void Autopilot::say_boot_faults() {
   using State = link::StoredState;
   if (boot_faults_said_) return;
   boot_faults_said_ = true;
+  if (last_words_.chars[0] != '\0') outbox_.say(Severity::kCritical, last_words_);
   if (params_state_ == State::kLost) outbox_.say(Severity::kCritical, "Params: stored file damaged, defaults in use");
   if (mission_state_at_boot_ == State::kLost) {
     outbox_.say(Severity::kCritical, "Mission: stored file damaged, none loaded");

@@ -36,6 +36,8 @@ class TwoSlots {
   /// What there is, and whether all of it was sound.
   link::StoredState state() const { return state_; }
   std::size_t size() const { return state_ == link::StoredState::kNothing ? 0 : size_; }
+  /// Where it is: a medium that is memory can be read in place.
+  int region() const { return region_; }
   /// The image in use, `size()` bytes; false if the medium gives fewer.
   bool read(std::uint8_t* image) const;
 

@@ -65,6 +65,7 @@ class ErrorCovariance {
   /// Largest standard deviation of the three errors from `first`.
   float deviation(int first) const;
   const Matrix& matrix() const { return p_; }
+  auto state() const { return std::tie(p_); }
   bool operator==(const ErrorCovariance& o) const { return p_ == o.p_; }
 
  private:

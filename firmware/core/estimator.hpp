@@ -21,9 +21,8 @@ struct EstimatorHealth {
   std::uint32_t rejected = 0;  // too far from what was believed
   std::uint32_t late = 0;      // older than the memory, out of order, or of the future
   std::uint32_t frozen = 0;    // poses that did not move while the vehicle did
-  bool operator==(const EstimatorHealth& o) const {
-    return used == o.used && rejected == o.rejected && late == o.late && frozen == o.frozen;
-  }
+  auto state() const { return std::tie(used, rejected, late, frozen); }
+  bool operator==(const EstimatorHealth& o) const { return state() == o.state(); }
 };
 
 class Estimator {
@@ -52,10 +51,10 @@ class Estimator {
     std::uint64_t since_us = 0, pose_us = 0, satellites_us = 0;
     std::uint32_t count = 0;
     bool by_pose = false, by_satellites = false, attitude_known = false;
-    bool operator==(const Aided& o) const {
-      return since_us == o.since_us && pose_us == o.pose_us && satellites_us == o.satellites_us && count == o.count &&
-             by_pose == o.by_pose && by_satellites == o.by_satellites && attitude_known == o.attitude_known;
+    auto state() const {
+      return std::tie(since_us, pose_us, satellites_us, count, by_pose, by_satellites, attitude_known);
     }
+    bool operator==(const Aided& o) const { return state() == o.state(); }
   };
   /// The latest pose looked at, used or not, and the inertial sample that came with it.
   struct LatestPose {
@@ -64,35 +63,30 @@ class Estimator {
     Quat q_WB;
     Imu imu;
     std::uint8_t resets = 0;
-    bool operator==(const LatestPose& o) const {
-      return t_us == o.t_us && p_WB == o.p_WB && q_WB == o.q_WB && imu == o.imu && resets == o.resets;
-    }
+    auto state() const { return std::tie(t_us, p_WB, q_WB, imu, resets); }
+    bool operator==(const LatestPose& o) const { return state() == o.state(); }
   };
   /// Measurements that were rejected but agree with each other.
   struct Contradiction {
     std::uint64_t since_us = 0, until_us = 0;
     Vec3 shift_W = Vec3::Zero();
     Quat turn_W;
-    bool operator==(const Contradiction& o) const {
-      return since_us == o.since_us && until_us == o.until_us && shift_W == o.shift_W && turn_W == o.turn_W;
-    }
+    auto state() const { return std::tie(since_us, until_us, shift_W, turn_W); }
+    bool operator==(const Contradiction& o) const { return state() == o.state(); }
   };
   /// Sums over the time it has stood still.
   struct Still {
     std::uint32_t samples = 0, fields = 0;
     Vec3 specific_force_B = Vec3::Zero(), rate_B = Vec3::Zero(), field_B = Vec3::Zero();
-    bool operator==(const Still& o) const {
-      return samples == o.samples && fields == o.fields && specific_force_B == o.specific_force_B &&
-             rate_B == o.rate_B && field_B == o.field_B;
-    }
+    auto state() const { return std::tie(samples, fields, specific_force_B, rate_B, field_B); }
+    bool operator==(const Still& o) const { return state() == o.state(); }
   };
   struct Barometer {
     std::uint64_t t_us = 0;
     float offset = 0.F, variance = 0.F;
     bool known = false;
-    bool operator==(const Barometer& o) const {
-      return t_us == o.t_us && offset == o.offset && variance == o.variance && known == o.known;
-    }
+    auto state() const { return std::tie(t_us, offset, variance, known); }
+    bool operator==(const Barometer& o) const { return state() == o.state(); }
   };
 
   // estimator.cpp: the path, its covariance, and poses

@@ -14,7 +14,8 @@ struct Motion {
   Quat q_WB;
   Vec3 v_WB = Vec3::Zero();
   Vec3 p_WB = Vec3::Zero();
-  bool operator==(const Motion& o) const { return q_WB == o.q_WB && v_WB == o.v_WB && p_WB == o.p_WB; }
+  auto state() const { return std::tie(q_WB, v_WB, p_WB); }
+  bool operator==(const Motion& o) const { return state() == o.state(); }
 };
 
 class InertialPath {
@@ -46,16 +47,16 @@ class InertialPath {
     Quat turn;
     Vec3 faster = Vec3::Zero();  // [m/s], in body axes of the beginning
     Vec3 moved = Vec3::Zero();   // [m]
-    bool operator==(const Stride& o) const { return turn == o.turn && faster == o.faster && moved == o.moved; }
+    auto state() const { return std::tie(turn, faster, moved); }
+    bool operator==(const Stride& o) const { return state() == o.state(); }
   };
   /// The stride that is not complete yet.
   struct Begun {
     std::uint64_t since_us = 0;
     Quat q_WB;
     Vec3 faster_W = Vec3::Zero(), moved_W = Vec3::Zero();
-    bool operator==(const Begun& o) const {
-      return since_us == o.since_us && q_WB == o.q_WB && faster_W == o.faster_W && moved_W == o.moved_W;
-    }
+    auto state() const { return std::tie(since_us, q_WB, faster_W, moved_W); }
+    bool operator==(const Begun& o) const { return state() == o.state(); }
   };
 
   Motion now_;

@@ -26,7 +26,8 @@ constexpr float kThrustMax = 1.001F;
 
 bool rate_used(std::uint8_t mask, int axis) { return (mask & (1 << axis)) == 0; }
 
-std::uint64_t microseconds(float seconds) { return static_cast<std::uint64_t>(seconds * 1e6F); }
+/// To the millisecond. By 32 bits: a cast from float to 64 is made with doubles where there is no such instruction.
+std::uint64_t microseconds(float seconds) { return std::uint64_t{static_cast<std::uint32_t>(seconds * 1e3F)} * 1000; }
 
 bool over(std::uint64_t age_us, float limit_s, float patience) { return age_us > microseconds(limit_s * patience); }
 

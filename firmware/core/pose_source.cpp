@@ -12,7 +12,7 @@ enum Sensor { kOwnPose = 1, kLinkedPose = 2 };
 std::uint64_t taken_at(std::uint64_t stamp_us, std::uint64_t t_us, const Params& params) {
   const bool vehicle_time = stamp_us != 0 && stamp_us <= t_us + kAheadUs && stamp_us + kBehindUs >= t_us;
   if (vehicle_time) return std::min(stamp_us, t_us);
-  const auto delay_us = static_cast<std::uint64_t>(1e6F * params.est_pose_delay);
+  const auto delay_us = static_cast<std::uint32_t>(1e6F * params.est_pose_delay);
   return t_us > delay_us ? t_us - delay_us : 0;
 }
 

@@ -18,14 +18,16 @@ using Mat3 = Eigen::Matrix3f;
 /// Hamilton unit quaternion [w, x, y, z]; q and -q are one attitude.
 struct Quat {
   float w = 1.F, x = 0.F, y = 0.F, z = 0.F;
-  bool operator==(const Quat& o) const { return w == o.w && x == o.x && y == o.y && z == o.z; }
+  auto state() const { return std::tie(w, x, y, z); }
+  bool operator==(const Quat& o) const { return state() == o.state(); }
 };
 
 /// One sample of the inertial sensors.
 struct Imu {
   Vec3 w_WB_B = Vec3::Zero();            // [rad/s]
   Vec3 specific_force_B = Vec3::Zero();  // [m/s²], what an accelerometer shows: +g along up at rest
-  bool operator==(const Imu& o) const { return w_WB_B == o.w_WB_B && specific_force_B == o.specific_force_B; }
+  auto state() const { return std::tie(w_WB_B, specific_force_B); }
+  bool operator==(const Imu& o) const { return state() == o.state(); }
 };
 
 inline bool is_finite(const Imu& imu) { return imu.w_WB_B.allFinite() && imu.specific_force_B.allFinite(); }
@@ -130,6 +132,7 @@ struct Wrench {
 /// Thrust of each rotor [N]; rotor 1 sits on +y (left), 2 on -x (rear), 3 on -y (right), 4 on +x (front).
 struct RotorCommands {
   std::array<float, 4> thrust = {0.F, 0.F, 0.F, 0.F};
+  auto state() const { return std::tie(thrust); }
   bool operator==(const RotorCommands& o) const { return thrust == o.thrust; }
 };
 

@@ -184,9 +184,9 @@ Message decode(const mavlink_message_t& message, Address& target) {
       const auto m = unpack(message, mavlink_msg_mission_item_decode);
       to(m);
       MissionItemMessage out = item_message(m);
-      const double scale = m.frame == kFrameMission ? 1e-7 : 1.0;  // without a place x and y are plain numbers
-      out.item.x = to_degE7(static_cast<double>(m.x) * scale);
-      out.item.y = to_degE7(static_cast<double>(m.y) * scale);
+      const std::int64_t factor = m.frame == kFrameMission ? 1 : 10000000;  // without a place x and y are plain numbers
+      out.item.x = scaled_or_not_given(m.x, factor);
+      out.item.y = scaled_or_not_given(m.y, factor);
       out.as_int = false;
       return out;
     }

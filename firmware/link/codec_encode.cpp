@@ -82,9 +82,9 @@ TxFrame encode(const MissionItemMessage& in, Envelope envelope) {
   }
   mavlink_mission_item_t m = {};
   fill_item(m, in);
-  const double scale = in.item.frame == kFrameMission ? 1e7 : 1.0;  // without a place x and y are plain numbers
-  m.x = static_cast<float>(from_degE7(in.item.x) * scale);
-  m.y = static_cast<float>(from_degE7(in.item.y) * scale);
+  const bool plain = in.item.frame == kFrameMission;  // without a place x and y are plain numbers
+  m.x = plain ? static_cast<float>(in.item.x) : from_degE7(in.item.x);
+  m.y = plain ? static_cast<float>(in.item.y) : from_degE7(in.item.y);
   return to_frame(m, envelope, mavlink_msg_mission_item_encode_status);
 }
 

@@ -12,24 +12,17 @@ namespace {
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 constexpr float kNoseVertical = 0.99619F;  // cos 5 deg
 
-template <class Integer>
-Integer rounded(double value) {  // clamped: a wire integer never wraps
-  const double least = std::numeric_limits<Integer>::min(), most = std::numeric_limits<Integer>::max();
-  if (!(value == value)) return 0;
-  return static_cast<Integer>(std::nearbyint(std::min(std::max(value, least), most)));
-}
-
 std::uint32_t boot_ms(const VehicleStatus& s) { return static_cast<std::uint32_t>(s.t_us / 1000); }
-double altitude_m(const VehicleStatus& s) { return s.origin.alt_m + static_cast<double>(s.estimate.p_WB.z()); }
+float altitude_m(const VehicleStatus& s) { return s.origin.alt_m() + s.estimate.p_WB.z(); }
 float above_home(const VehicleStatus& s) { return s.estimate.p_WB.z() - (s.home ? s.home->position.z() : 0.F); }
-float ground_speed(const VehicleStatus& s) { return std::hypot(s.estimate.v_WB.x(), s.estimate.v_WB.y()); }
+float ground_speed(const VehicleStatus& s) { return s.estimate.v_WB.head<2>().norm(); }
 
-double heading_deg(float yaw_on_wire) {  // 0..360
-  const double degrees = static_cast<double>(yaw_on_wire) / kDegree;
-  return degrees < 0.0 ? degrees + 360.0 : degrees;
+float heading_deg(float yaw_on_wire) {  // 0..360
+  const float degrees = yaw_on_wire / kDegree;
+  return degrees < 0.F ? degrees + 360.F : degrees;
 }
 
-std::uint16_t centidegrees(double degrees) { return static_cast<std::uint16_t>(std::lround(degrees * 100.0) % 36000); }
+std::uint16_t centidegrees(float degrees) { return static_cast<std::uint16_t>(std::lround(degrees * 100.F) % 36000); }
 
 float nose_up(const Quat& q) { return 2.F * (q.x * q.z - q.w * q.y); }  // z of the nose in W
 
@@ -56,10 +49,11 @@ TxFrame heartbeat(const VehicleStatus& s, Envelope e) {
   return to_frame(m, e, mavlink_msg_heartbeat_encode_status);
 }
 
+std::uint16_t clamped(std::uint32_t count) { return static_cast<std::uint16_t>(std::min<std::uint32_t>(count, 65535)); }
+
 /// Shares of 0.01 %.
 std::uint16_t share(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? std::uint16_t{0}
-                    : rounded<std::uint16_t>(1e4 * static_cast<double>(part) / static_cast<double>(whole));
+  return static_cast<std::uint16_t>(whole == 0 ? 0 : (10000 * part + whole / 2) / whole);
 }
 
 TxFrame sys_status(const VehicleStatus& s, Envelope e, int link) {
@@ -76,17 +70,17 @@ TxFrame sys_status(const VehicleStatus& s, Envelope e, int link) {
                                      when(s.estimate.attitude_valid, kMag | kAttitude | kAhrs) |
                                      when(s.estimate.position_valid, kPressure | kGps | kHeight | kPosition) |
                                      when(s.health.battery, kBattery) | when(s.health.prearm_checks, kPrearm);
-  m.voltage_battery = rounded<std::uint16_t>(static_cast<double>(s.battery_voltage) * 1e3);
+  m.voltage_battery = rounded<std::uint16_t>(s.battery_voltage * 1000.F);
   m.current_battery = -1;
-  m.battery_remaining = rounded<std::int8_t>(static_cast<double>(s.state_of_charge) * 100.0);
+  m.battery_remaining = rounded<std::int8_t>(s.state_of_charge * 100.F);
   const LinkTotals none, *known = s.links[static_cast<std::size_t>(link)];
   const LinkTotals& totals = known != nullptr ? *known : none;
   m.drop_rate_comm = share(totals.lost, std::uint64_t{totals.lost} + totals.received);
-  m.errors_comm = rounded<std::uint16_t>(totals.bad);
-  m.errors_count1 = rounded<std::uint16_t>(totals.refused);
-  m.errors_count2 = rounded<std::uint16_t>(s.setpoints_dropped);
-  m.errors_count3 = rounded<std::uint16_t>(s.frames_unsent);
-  m.errors_count4 = rounded<std::uint16_t>(totals.passed_over);
+  m.errors_comm = clamped(totals.bad);
+  m.errors_count1 = clamped(totals.refused);
+  m.errors_count2 = clamped(s.setpoints_dropped);
+  m.errors_count3 = clamped(s.frames_unsent);
+  m.errors_count4 = clamped(totals.passed_over);
   return to_frame(m, e, mavlink_msg_sys_status_encode_status);
 }
 
@@ -156,11 +150,11 @@ TxFrame global_position_int(const VehicleStatus& s, Envelope e) {
   m.time_boot_ms = boot_ms(s);
   m.lat = place.lat_degE7;
   m.lon = place.lon_degE7;
-  m.alt = rounded<std::int32_t>(place.alt_m * 1e3);
-  m.relative_alt = rounded<std::int32_t>(static_cast<double>(above_home(s)) * 1e3);
-  m.vx = rounded<std::int16_t>(static_cast<double>(v.x()));
-  m.vy = rounded<std::int16_t>(static_cast<double>(v.y()));
-  m.vz = rounded<std::int16_t>(static_cast<double>(v.z()));
+  m.alt = place.alt_mm;
+  m.relative_alt = rounded<std::int32_t>(above_home(s) * 1000.F);
+  m.vx = rounded<std::int16_t>(v.x());
+  m.vy = rounded<std::int16_t>(v.y());
+  m.vz = rounded<std::int16_t>(v.z());
   const bool vertical = std::fabs(nose_up(s.estimate.q_WB)) > kNoseVertical;
   m.hdg = vertical ? UINT16_MAX : centidegrees(heading_deg(wire_angles(s.estimate.q_WB).z()));
   return to_frame(m, e, mavlink_msg_global_position_int_encode_status);
@@ -174,12 +168,12 @@ TxFrame gps_raw_int(const VehicleStatus& s, Envelope e) {
   m.fix_type = s.estimate.position_valid ? GPS_FIX_TYPE_3D_FIX : GPS_FIX_TYPE_NO_FIX;
   m.lat = place.lat_degE7;
   m.lon = place.lon_degE7;
-  m.alt = rounded<std::int32_t>(place.alt_m * 1e3);
+  m.alt = place.alt_mm;
   m.alt_ellipsoid = m.alt;
   m.eph = 50;
   m.epv = 50;
-  m.vel = rounded<std::uint16_t>(static_cast<double>(ground_speed(s)) * 100.0);
-  m.cog = ground_speed(s) < 0.5F ? std::uint16_t{UINT16_MAX} : centidegrees(heading_deg(std::atan2(v.y(), v.x())));
+  m.vel = rounded<std::uint16_t>(ground_speed(s) * 100.F);
+  m.cog = ground_speed(s) < 0.5F ? std::uint16_t{UINT16_MAX} : centidegrees(heading_deg(arctangent2(v.y(), v.x())));
   m.satellites_visible = s.estimate.position_valid ? 12 : 0;
   return to_frame(m, e, mavlink_msg_gps_raw_int_encode_status);
 }
@@ -189,8 +183,8 @@ TxFrame vfr_hud(const VehicleStatus& s, Envelope e) {
   m.airspeed = s.estimate.v_WB.norm();
   m.groundspeed = ground_speed(s);
   m.heading = static_cast<std::int16_t>(std::lround(heading_deg(wire_angles(s.estimate.q_WB).z())) % 360);
-  m.throttle = rounded<std::uint16_t>(100.0 * std::fabs(static_cast<double>(s.thrust_normalised)));
-  m.alt = static_cast<float>(altitude_m(s));
+  m.throttle = rounded<std::uint16_t>(100.F * std::fabs(s.thrust_normalised));
+  m.alt = altitude_m(s);
   m.climb = s.estimate.v_WB.z();
   return to_frame(m, e, mavlink_msg_vfr_hud_encode_status);
 }
@@ -201,11 +195,11 @@ TxFrame battery_status(const VehicleStatus& s, Envelope e) {
   m.type = MAV_BATTERY_TYPE_LIPO;
   m.temperature = INT16_MAX;
   std::memset(m.voltages, 0xFF, sizeof m.voltages);  // UINT16_MAX: no such cell
-  m.voltages[0] = rounded<std::uint16_t>(static_cast<double>(s.battery_voltage) * 1e3);
+  m.voltages[0] = rounded<std::uint16_t>(s.battery_voltage * 1000.F);
   m.current_battery = -1;
   m.current_consumed = -1;
   m.energy_consumed = -1;
-  m.battery_remaining = rounded<std::int8_t>(static_cast<double>(s.state_of_charge) * 100.0);
+  m.battery_remaining = rounded<std::int8_t>(s.state_of_charge * 100.F);
   m.charge_state = s.health.battery ? MAV_BATTERY_CHARGE_STATE_OK : MAV_BATTERY_CHARGE_STATE_CRITICAL;
   return to_frame(m, e, mavlink_msg_battery_status_encode_status);
 }
@@ -214,7 +208,7 @@ TxFrame home_position(const VehicleStatus& s, Envelope e) {
   if (!s.home) return {};
   mavlink_home_position_t m = {};
   const Vec3 p = to_wire(s.home->position);
-  const Quat q = to_wire(Quat{std::cos(s.home->yaw / 2.F), 0.F, 0.F, std::sin(s.home->yaw / 2.F)});
+  const Quat q = to_wire(about_z(s.home->yaw));
   m.latitude = s.home->lat_degE7;
   m.longitude = s.home->lon_degE7;
   m.altitude = s.home->alt_mm;
@@ -232,9 +226,9 @@ TxFrame home_position(const VehicleStatus& s, Envelope e) {
 
 TxFrame gps_global_origin(const VehicleStatus& s, Envelope e) {
   mavlink_gps_global_origin_t m = {};
-  m.latitude = s.origin.lat_degE7;
-  m.longitude = s.origin.lon_degE7;
-  m.altitude = rounded<std::int32_t>(s.origin.alt_m * 1e3);
+  m.latitude = s.origin.lat_degE7();
+  m.longitude = s.origin.lon_degE7();
+  m.altitude = s.origin.alt_mm();
   m.time_usec = s.t_us;
   return to_frame(m, e, mavlink_msg_gps_global_origin_encode_status);
 }
@@ -339,7 +333,7 @@ TxFrame altitude(const VehicleStatus& s, Envelope e) {
   mavlink_altitude_t m = {};
   m.time_usec = s.t_us;
   m.altitude_monotonic = m.altitude_local = s.estimate.p_WB.z();
-  m.altitude_amsl = static_cast<float>(altitude_m(s));
+  m.altitude_amsl = altitude_m(s);
   m.altitude_relative = above_home(s);
   m.altitude_terrain = m.bottom_clearance = kNoNumber;
   return to_frame(m, e, mavlink_msg_altitude_encode_status);

@@ -10,7 +10,7 @@
 namespace halfroll::link {
 namespace {
 
-constexpr double kHighest = 1e5;  // [m], fits the wire's millimetres
+constexpr float kHighest = 1e5F;  // [m], fits the wire's millimetres
 constexpr CommandResult kDenied = CommandResult::kDenied;
 constexpr std::int32_t kNotGiven = std::numeric_limits<std::int32_t>::max();
 
@@ -61,9 +61,8 @@ struct Place {
 Place place(const Command& c) {
   Place out;
   if (!c.is_int && std::isnan(c.p[4]) && std::isnan(c.p[5])) return out;
-  const auto angle = [](float degrees) { return to_degE7(static_cast<double>(degrees)); };  // NaN, too big: not given
-  out.lat_degE7 = c.is_int ? c.x : angle(c.p[4]);
-  out.lon_degE7 = c.is_int ? c.y : angle(c.p[5]);
+  out.lat_degE7 = c.is_int ? c.x : to_degE7(c.p[4]);  // NaN, too big: not given
+  out.lon_degE7 = c.is_int ? c.y : to_degE7(c.p[5]);
   if (c.is_int && out.lat_degE7 == kNotGiven && out.lon_degE7 == kNotGiven) return out;
   out.given = true;
   out.valid = std::abs(std::int64_t{out.lat_degE7}) <= 900000000 && std::abs(std::int64_t{out.lon_degE7}) <= 1800000000;
@@ -75,7 +74,7 @@ std::optional<float> height_W(const Command& c, const CommandSituation& now, boo
   if (!std::isfinite(c.p[6])) return std::nullopt;
   const bool amsl = c.is_int ? c.frame == kFrameGlobal || c.frame == kFrameGlobalInt : !long_above_home;
   const bool above_home = c.is_int ? c.frame == kFrameRelative || c.frame == kFrameRelativeInt : long_above_home;
-  if (amsl) return static_cast<float>(static_cast<double>(c.p[6]) - now.origin.alt_m);
+  if (amsl) return c.p[6] - now.origin.alt_m();
   if (above_home) return now.home_z + c.p[6];
   return std::nullopt;
 }
@@ -144,7 +143,7 @@ Wish reposition(const Command& c, const CommandSituation& now) {
   out.change_to_hold = (*flags & 1) != 0;
   if (!default_speed) out.speed = c.p[0];
   if (where.given) {
-    out.position = local_from_global(now.origin, where.lat_degE7, where.lon_degE7, now.origin.alt_m);
+    out.position = local_from_global(now.origin, {where.lat_degE7, where.lon_degE7, now.origin.alt_mm()});
     out.has_position = true;
     if (!(std::hypot(out.position.x(), out.position.y()) <= kFarthest)) return kDenied;
   }
@@ -179,17 +178,18 @@ Wish set_home(const Command& c, const CommandSituation& now) {
   const bool nowhere = where.lat_degE7 == 0 && where.lon_degE7 == 0;
   if (!where.given || !where.valid || nowhere || !z) return kDenied;
   const bool amsl = !c.is_int || c.frame == kFrameGlobal || c.frame == kFrameGlobalInt;
-  const double alt_m = amsl ? static_cast<double>(c.p[6]) : now.origin.alt_m + static_cast<double>(*z);
-  if (!(std::abs(alt_m) <= kHighest)) return kDenied;
-  return HomeWish{false, where.lat_degE7, where.lon_degE7, alt_m};
+  const float above_datum = amsl ? c.p[6] : *z;
+  if (!(std::fabs(above_datum) <= kHighest)) return kDenied;
+  const std::int32_t alt_mm = rounded<std::int32_t>(above_datum * 1000.F) + (amsl ? 0 : now.origin.alt_mm());
+  return HomeWish{false, where.lat_degE7, where.lon_degE7, alt_mm};
 }
 
-Wish origin_wish(std::int32_t lat_degE7, std::int32_t lon_degE7, double alt_mm) {
+Wish origin_wish(std::int32_t lat_degE7, std::int32_t lon_degE7, float alt_mm) {
   const bool valid = std::abs(std::int64_t{lat_degE7}) <= 900000000 &&
-                     std::abs(std::int64_t{lon_degE7}) <= 1800000000 && std::fabs(alt_mm) < 1e8 &&
+                     std::abs(std::int64_t{lon_degE7}) <= 1800000000 && std::fabs(alt_mm) < 1e8F &&
                      !(lat_degE7 == 0 && lon_degE7 == 0);
   if (!valid) return kDenied;
-  return OriginWish{lat_degE7, lon_degE7, static_cast<std::int32_t>(std::nearbyint(alt_mm))};
+  return OriginWish{lat_degE7, lon_degE7, rounded<std::int32_t>(alt_mm)};
 }
 
 Wish change_speed(const Command& c) {
@@ -250,7 +250,7 @@ Wish read_command(const Command& c, const CommandSituation& now) {
     case cmd::kSetGlobalOrigin: {
       const Place where = place(c);
       if (!where.given || !where.valid || !unused_from(Command{0, {c.p[0], c.p[1], c.p[2], c.p[3]}}, 1)) return kDenied;
-      return origin_wish(where.lat_degE7, where.lon_degE7, static_cast<double>(c.p[6]) * 1e3);
+      return origin_wish(where.lat_degE7, where.lon_degE7, c.p[6] * 1000.F);
     }
     case cmd::kSetMessageInterval: {
       const auto id = message_id(c.p[0]);

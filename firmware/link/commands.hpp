@@ -47,8 +47,7 @@ struct YawWish {
 };
 struct HomeWish {
   bool here = true;
-  std::int32_t lat_degE7 = 0, lon_degE7 = 0;
-  double alt_m = 0.0;  // above mean sea level
+  std::int32_t lat_degE7 = 0, lon_degE7 = 0, alt_mm = 0;  // above mean sea level
 };
 struct OriginWish {
   std::int32_t lat_degE7 = 0, lon_degE7 = 0, alt_mm = 0;  // GPS_GLOBAL_ORIGIN must repeat these integers

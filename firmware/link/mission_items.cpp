@@ -220,11 +220,9 @@ FlightItem flight_item(const MissionItem& item, const Datum& datum) {
   const auto number = [](float p) { return std::isnan(p) ? 0.F : p; };
   out.kind = row->kind;
   out.has_position = has_place(*row, item);
-  if (out.has_position) out.position = local_from_global(datum.origin, item.x, item.y, datum.origin.alt_m);
+  if (out.has_position) out.position = local_from_global(datum.origin, {item.x, item.y, datum.origin.alt_mm()});
   const float height = std::isnan(item.z) ? datum.takeoff_altitude : item.z;
-  out.position.z() = above_home(item) || std::isnan(item.z)
-                         ? datum.home_z + height
-                         : static_cast<float>(static_cast<double>(height) - datum.origin.alt_m);
+  out.position.z() = above_home(item) || std::isnan(item.z) ? datum.home_z + height : height - datum.origin.alt_m();
   const bool turns =
       row->kind == ItemKind::kWaypoint || row->kind == ItemKind::kTakeoff || row->kind == ItemKind::kLand;
   out.has_yaw = turns && item.command != cmd::kSplineWaypoint && !std::isnan(item.p[3]);

@@ -31,9 +31,8 @@ LinkPositionSetpoint read_position_target(const PositionTarget& m, const Positio
     if (!is_place_on_earth(m)) {
       s.position = Vec3::Constant(nowhere);
     } else {
-      s.position = local_from_global(datum.origin, m.x, m.y, datum.origin.alt_m);
-      s.position.z() =
-          above_home ? datum.home_z + m.alt : static_cast<float>(static_cast<double>(m.alt) - datum.origin.alt_m);
+      s.position = local_from_global(datum.origin, {m.x, m.y, datum.origin.alt_mm()});
+      s.position.z() = above_home ? datum.home_z + m.alt : m.alt - datum.origin.alt_m();
     }
   } else if (m.frame == kFrameBody) {
     out.frame_known = !uses_position;

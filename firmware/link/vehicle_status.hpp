@@ -21,21 +21,19 @@ struct Home {
   Vec3 position = Vec3::Zero();
   float yaw = 0.F;
   std::int32_t lat_degE7 = 0, lon_degE7 = 0, alt_mm = 0;
-  bool operator==(const Home& o) const {
-    return position == o.position && yaw == o.yaw && lat_degE7 == o.lat_degE7 && lon_degE7 == o.lon_degE7 &&
-           alt_mm == o.alt_mm;
-  }
+  auto state() const { return std::tie(position, yaw, lat_degE7, lon_degE7, alt_mm); }
+  bool operator==(const Home& o) const { return state() == o.state(); }
 };
 
 inline Home home_at(const Origin& origin, const Vec3& position, float yaw) {
   const GlobalPosition here = global_from_local(origin, position);
-  return {position, yaw, here.lat_degE7, here.lon_degE7, static_cast<std::int32_t>(std::lround(here.alt_m * 1e3))};
+  return {position, yaw, here.lat_degE7, here.lon_degE7, here.alt_mm};
 }
 
 /// At a place on earth, heading north.
 inline Home home_given(const Origin& origin, const GlobalPosition& at) {
-  const Vec3 position = local_from_global(origin, at.lat_degE7, at.lon_degE7, at.alt_m);
-  return {position, 0.F, at.lat_degE7, at.lon_degE7, static_cast<std::int32_t>(std::lround(at.alt_m * 1e3))};
+  const Vec3 position = local_from_global(origin, at);
+  return {position, 0.F, at.lat_degE7, at.lon_degE7, at.alt_mm};
 }
 
 struct MissionProgress {

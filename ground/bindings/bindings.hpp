@@ -19,6 +19,7 @@ using Quad = Eigen::Vector4f;
 inline Quat to_quat(const Quad& q) { return {q[0], q[1], q[2], q[3]}; }
 inline Quad from_quat(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
 
+void bind_board(py::module_& m);
 void bind_contract(py::module_& m);
 void bind_core(py::module_& m);
 void bind_estimator(py::module_& m);

@@ -198,6 +198,9 @@ void bind_flight(py::module_& m) {
           "same_state",
           [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
           "other"_a)
+      .def_property_readonly(
+          "state_checksum", [](const BoundAutopilot& a) { return a.autopilot().state_checksum(); },
+          "One number of all that it remembers: equal states have equal ones, on any processor.")
       .def_readwrite("storage_works", &BoundAutopilot::storage_works, "Whether the writes that it asks for succeed.")
       .def_property_readonly("t_us", [](const BoundAutopilot& a) { return a.autopilot().t_us(); })
       .def_property_readonly("armed", [](const BoundAutopilot& a) { return a.autopilot().armed(); })

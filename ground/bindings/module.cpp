@@ -6,5 +6,6 @@ PYBIND11_MODULE(_firmware, m) {
   halfroll::bindings::bind_estimator(m);
   halfroll::bindings::bind_world(m);
   halfroll::bindings::bind_flight(m);
+  halfroll::bindings::bind_board(m);
   halfroll::bindings::bind_contract(m);
 }

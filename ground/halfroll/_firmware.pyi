@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'failsafe_table', 'free_rotation', 'mission_item_table', 'mode_rule_table', 'mode_table', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'stream_table', 'understands', 'vehicle_setup']
+__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'failsafe_table', 'free_rotation', 'mission_item_table', 'mode_rule_table', 'mode_table', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'serve_board', 'stream_table', 'understands', 'vehicle_setup']
 class RotorKind:
     """
     Members:
@@ -537,6 +537,11 @@ class Autopilot:
     def params(self) -> Params:
         ...
     @property
+    def state_checksum(self) -> int:
+        """
+        One number of all that it remembers: equal states have equal ones, on any processor.
+        """
+    @property
     def storage_works(self) -> bool:
         """
         Whether the writes that it asks for succeed.
@@ -592,6 +597,10 @@ def rotate(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"],
 def scenario_setup(name: str = 'nominal', settings: collections.abc.Sequence[str] = []) -> Scenario:
     """
     A shipped scenario with settings like 'wind.mean_m_s.0=3' over it. ValueError says what is wrong.
+    """
+def serve_board(in_fd: typing.SupportsInt | typing.SupportsIndex, out_fd: typing.SupportsInt | typing.SupportsIndex, storage: str = '') -> None:
+    """
+    Fly as the board of a halfroll-sitl --board: its frames come and go by two file descriptors, until the other end is closed. storage: directory of what outlives the process.
     """
 def stream_table() -> list[dict[str, typing.Any]]:
     """

@@ -190,6 +190,12 @@ def fly(
     changes: Changes = None,
     yaw: YawRule = None,
     settings: Settings = None,
+    board: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Fly the firmware of a board: qemu-m4, qemu-m7, python, COMMAND.")
+    ] = None,
+    beside: Annotated[
+        bool, typer.Option("--board-beside", help="Fly it in the simulator, too, and count the bits that differ.")
+    ] = False,
     log: Annotated[Path | None, typer.Option(metavar="F.ulg", help="Where the log goes; else into DIR.")] = None,
     report: Annotated[Path | None, typer.Option(metavar="R.html", help="Where the report goes; else into DIR.")] = None,
     out: Annotated[
@@ -227,6 +233,8 @@ def fly(
                 changes=_changes(changes),
                 yaw=yaw,
                 log_path=files.log,
+                board=board,
+                beside=beside,
                 progress=said,
             )
             said("report", None)
@@ -251,10 +259,32 @@ def sitl(context: typer.Context) -> None:
         os.execv(program, [program, *given])
 
 
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def hil(
+    context: typer.Context,
+    port: Annotated[str, typer.Option(metavar="DEVICE:BAUD", help="Serial port of the board, at 921600 or as said.")],
+) -> None:
+    """Hardware in the loop: the simulated world around a board at a serial port; other options as of sitl.
+
+    In real time each millisecond needs 300 bytes there and back within it: 4 Mbaud, and a driver that hands bytes on
+    within 0.2 ms (latency_timer 0 or 1 ms does not do). Slower lines fly with --lockstep, or --speed 0.1.
+    """
+    with _errors_for_people(as_json=False):
+        from halfroll.simulator import arguments, executable
+
+        program = str(executable())
+        given = arguments(context.args)
+        sys.stdout.flush()
+        os.execv(program, [program, "--board-port", port, *given])
+
+
 @app.command()
 def ground(
     vehicle: VehicleName = "mit-vp",
     instance: Annotated[int, typer.Option(metavar="N", help="Of the simulator: added to its ports.", min=0)] = 0,
+    serial: Annotated[
+        str | None, typer.Option(metavar="DEVICE:BAUD", help="An autopilot at a serial port, in place of UDP.")
+    ] = None,
     mode: PlanningMode = "paper",
     margin: Margin = None,
     limits: LimitsKind = "mission",
@@ -274,6 +304,7 @@ def ground(
         run_ground(
             load_vehicle(vehicle, _overrides(settings)),
             instance=instance,
+            serial=serial,
             options=PlanOptions.of(
                 preflight.planning_mode(mode), _limits(limits), _share(margin), _changes(changes), yaw
             ),

@@ -122,6 +122,13 @@ def _flight_rows(flown: FlightResult, figures: FlightFigures, real_time: bool) -
         ("rotor commands", _range(figures.rotor_min_N, figures.rotor_max_N), f"limits {_rotor_limits(flown.vehicle)}"),
         ("references sent", f"{flown.references_sent}", f"{flown.reference_rate_Hz:.2f} per second"),
     ]
+    if flown.board is not None:
+        board = flown.board
+        bits = f"{board['differing_bits']} bits differ" if board["compared"] else "not compared"
+        rows.append(("steps on the board", f"{board['steps']}", bits))
+        if board["worst_instructions"]:
+            median, worst = board["median_instructions"], board["worst_instructions"]
+            rows.append(("instructions a step", f"{median}", f"at most {worst}"))
     if real_time:
         rows.append(("99 % of intervals within", f"{flown.interval_p99_s * 1e3:.1f} ms", "10 ms wanted"))
     return rows

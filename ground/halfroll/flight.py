@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import json
 import os
 import re
 import signal
@@ -21,7 +22,7 @@ from pathlib import Path
 from socket import socket
 from typing import IO, TYPE_CHECKING, Any
 
-from halfroll import simulator
+from halfroll import boards, simulator
 from halfroll.course import endless, home_of, with_takeoff_and_landing
 from halfroll.crew import Debriefing, Orders, hear_all
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
@@ -33,7 +34,7 @@ from halfroll.planning import PlanningProcess
 from halfroll.record import Event
 from halfroll.scenario import Scenario, load_scenario, shipped_scenarios
 from halfroll.station import Station
-from halfroll.transport import UdpTransport, bound_socket, wait_for_any, wall_s
+from halfroll.transport import SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
 from halfroll.vehicle import Vehicle, built_vehicle
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ _PHASES = {
 _CREW = "import sys; sys.path = [path for path in sys.path if path]; from halfroll.crew import main; main()"
 _QUIET = ("-W", "ignore::UserWarning:multiprocessing.resource_tracker")  # it complains of a crew that was killed
 _HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
+_BOARD = re.compile(r"^halfroll-sitl: board (\{.*\})$", re.MULTILINE)
 
 Progress = Callable[[str, "float | None"], None]
 
@@ -81,6 +83,7 @@ class FlightResult:
     commands_sha256: str
     texts: tuple[str, ...]  # what the autopilot said
     notes: tuple[str, ...]  # what was added to the mission
+    board: Mapping[str, float] | None = None  # what a board has measured: steps, instructions, bits that differ
 
 
 def fly(
@@ -100,6 +103,8 @@ def fly(
     origin: GeoPoint | None = None,
     log_path: str | Path | None = None,
     instance: int | None = None,
+    board: str | None = None,
+    beside: bool = False,
     progress: Progress = lambda phase, fraction: None,
     report: Callable[[Event], None] = lambda event: None,
 ) -> FlightResult:
@@ -108,7 +113,9 @@ def fly(
     vehicle, seed: default the scenario's, else mit-vp and 0; scenario: shipped name, file, or built; changes, yaw:
     as for preflight.plan; speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W,
     default the planned home of a .plan; log_path: default in a new temporary folder; instance: of the ports, default
-    the first that is free; progress(phase, fraction or None) and report(event) are called on the way.
+    the first that is free; board: as for boards.command, flies in place of the simulator's own firmware, or with
+    `beside` along with it, compared bit by bit; progress(phase, fraction or None) and report(event) are called on the
+    way.
 
     Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
     SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
@@ -136,6 +143,7 @@ def fly(
             "--origin=" + ",".join(f"{x:.9f}" for x in origin or home_of(wanted)),
             *([] if speed is None else ["--speed", f"{speed:g}"]),
             *(["--lockstep"] if lockstep else []),
+            *boards.arguments(board, beside),
         ]
         output = stack.enter_context((folder / "output").open("w+"))
         sitl = stack.enter_context(_process(words, output=output))
@@ -163,6 +171,7 @@ def fly(
         commands_sha256=found[1] if (found := _HASH.search(said)) else "",
         texts=debriefing.texts,
         notes=tuple(notes),
+        board=json.loads(found[1]) if (found := _BOARD.search(said)) else None,
     )
 
 
@@ -170,22 +179,24 @@ def run_ground(
     vehicle: Vehicle,
     *,
     instance: int = 0,
+    serial: str | None = None,
     options: PlanOptions = DEFAULT_OPTIONS,
     report: Callable[[Event], None] = lambda event: None,
 ) -> None:
     """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
 
-    report: called for what a person wants to read, not for every step of progress. Raises PortInUse.
+    serial: DEVICE or DEVICE:BAUD, in place of UDP; report: called for what a person wants to read, not for every step
+    of progress. Raises PortInUse, LinkError.
     """
 
     def tell(event: Event) -> None:
         if not event.kind.endswith("progress"):
             report(event)
 
-    transport = UdpTransport.bind(OFFBOARD_PORT + instance)
+    transport = UdpTransport.bind(OFFBOARD_PORT + instance) if serial is None else SerialTransport(serial)
     try:
         with PlanningProcess() as planner:
-            report(Event("connected", 0.0, f"waiting for an autopilot on UDP port {transport.port}"))
+            report(Event("connected", 0.0, f"waiting for an autopilot on {transport.name}"))
             link = Link(transport, GROUND)
             station = Station(link, vehicle, planner, options, report=tell)
             while True:

@@ -77,7 +77,8 @@ class FlightFiles:
     def as_json(self, flown: FlightResult, figures: FlightFigures | None) -> dict[str, Any]:
         """The machine-readable result of `fly`; figures are None for a flight without a plan."""
         if figures is None:
-            return {"result": "flown without a plan", "commands_sha256": flown.commands_sha256, "log": str(self.log)}
+            alone = {"result": "flown without a plan", "commands_sha256": flown.commands_sha256, "log": str(self.log)}
+            return alone if flown.board is None else {**alone, "board": dict(flown.board)}
         return {
             "result": "flown" if figures.within_limits else "out of limits",
             **figures.as_json(),
@@ -86,6 +87,7 @@ class FlightFiles:
             "reference_rate_Hz": flown.reference_rate_Hz,
             "reference_interval_p99_s": flown.interval_p99_s,
             "commands_sha256": flown.commands_sha256,
+            **({} if flown.board is None else {"board": dict(flown.board)}),
             "notes": list(flown.notes),
             "log": str(self.log),
             "report": str(self.report),

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from halfroll import boards
 from halfroll.errors import InputError, LinkError
 from halfroll.scenario import Scenario, load_scenario
 from halfroll.vehicle import Vehicle, load_vehicle
@@ -40,7 +41,17 @@ def arguments(given: Sequence[str]) -> list[str]:
     rest, vehicle = _without(rest, "--vehicle")
     if vehicle is not None:
         first += vehicle_arguments(load_vehicle(vehicle))
-    return [*first, *rest]
+    return [*first, *_with_board_started(rest)]
+
+
+def _with_board_started(words: list[str]) -> list[str]:
+    """The words with the name of a board replaced by what starts it."""
+    for i, word in enumerate(words):
+        name, equals, joined = word.partition("=")
+        if name == "--board" and (equals or i + 1 < len(words)):
+            command = boards.command(joined if equals else words[i + 1])
+            return [*words[:i], "--board", command, *words[i + (1 if equals else 2) :]]
+    return words
 
 
 def _without(words: list[str], option: str) -> tuple[list[str], str | None]:

@@ -6,17 +6,21 @@ happens on the wall: repeating what was lost, heartbeats, and the measured rate;
 
 from __future__ import annotations
 
+import contextlib
 import errno
+import os
 import select
 import socket
+import termios
 import time
 from collections import deque
 from collections.abc import Sequence
 from typing import Protocol
 
-from halfroll.errors import LinkError, PortInUse
+from halfroll.errors import InputError, LinkError, PortInUse
 
 LOOPBACK = "127.0.0.1"
+DEFAULT_BAUD = 921600
 _LARGEST_DATAGRAM = 65535
 
 
@@ -72,6 +76,10 @@ class UdpTransport:
     def port(self) -> int:
         return int(self._socket.getsockname()[1])
 
+    @property
+    def name(self) -> str:
+        return f"UDP port {self.port}"
+
     def forget_peer(self) -> None:
         """Talk to whoever sends next."""
         self._peer = None
@@ -107,7 +115,51 @@ class UdpTransport:
         self._socket.close()
 
 
-def wait_for_any(transports: Sequence[UdpTransport], timeout_s: float) -> None:
+class SerialTransport:
+    """A serial line, to the one autopilot at its end."""
+
+    def __init__(self, port: str) -> None:
+        """port: DEVICE or DEVICE:BAUD, 921600 by default. Raises InputError for a rate there is not, LinkError."""
+        device, _, baud = port.partition(":")
+        speed = getattr(termios, f"B{baud or DEFAULT_BAUD}", None)
+        if speed is None:
+            raise InputError(f"serial port {port}: {baud} is no baud rate of this machine; try {DEFAULT_BAUD}")
+        try:
+            self._file = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            mode = termios.tcgetattr(self._file)
+            mode[0] = mode[1] = mode[3] = 0  # raw: no byte means anything
+            mode[2] = termios.CS8 | termios.CREAD | termios.CLOCAL
+            mode[4] = mode[5] = speed
+            termios.tcsetattr(self._file, termios.TCSANOW, mode)
+        except (OSError, termios.error) as error:
+            raise LinkError(f"serial port {device} cannot be opened ({error}); is it there, and yours?") from error
+        self.name = f"serial port {device}"
+
+    def forget_peer(self) -> None:
+        """There is only one."""
+
+    def fileno(self) -> int:
+        return self._file
+
+    def send(self, datagram: bytes) -> None:
+        """Lost without a word where the line cannot take it at once."""
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._file, datagram)
+
+    def receive(self, timeout_s: float = 0.0) -> list[bytes]:
+        if timeout_s > 0.0:
+            select.select([self._file], [], [], timeout_s)
+        try:
+            received = os.read(self._file, _LARGEST_DATAGRAM)
+        except BlockingIOError:
+            return []
+        return [received] if received else []
+
+    def close(self) -> None:
+        os.close(self._file)
+
+
+def wait_for_any(transports: Sequence[UdpTransport | SerialTransport], timeout_s: float) -> None:
     """Sleep until one of them has something to read, at most timeout_s."""
     select.select(transports, [], [], timeout_s)
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "boards/host/byte_channel.hpp"
 #include "sim/sitl/bad_option.hpp"
 #include "sim/sitl/simulation.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 
 using halfroll::sitl::Options;
 
-constexpr int kBadOption = 2, kPortInUse = 3;
+constexpr int kBadOption = 2, kLost = 3;
 constexpr int kLastSystemId = 250;
 
 volatile std::sig_atomic_t stop = 0;
@@ -54,6 +55,7 @@ int fly(const Options& options) {
   simulation.run();
   std::printf("halfroll-sitl: flew %.3f s of vehicle time, commands_sha256 %s\n", simulation.flown_s(),
               simulation.commands_sha256().c_str());
+  if (!simulation.board_report().empty()) std::printf("halfroll-sitl: board %s\n", simulation.board_report().c_str());
   return 0;
 }
 
@@ -67,9 +69,11 @@ int main(int argc, char** argv) {
     if (options.version) return std::puts("halfroll-sitl " HALFROLL_VERSION) < 0;
     return fly(options);
   } catch (const halfroll::host::PortInUse& taken) {
-    return complain(kPortInUse, std::string(taken.what()) +
-                                    ", perhaps by another halfroll-sitl: start this one with --instance 1, or give "
-                                    "another --port-offboard or --port-gcs");
+    return complain(kLost, std::string(taken.what()) +
+                               ", perhaps by another halfroll-sitl: start this one with --instance 1, or give "
+                               "another --port-offboard or --port-gcs");
+  } catch (const halfroll::host::BoardLost& lost) {
+    return complain(kLost, lost.what());
   } catch (const std::exception& wrong) {
     return complain(kBadOption, wrong.what());
   }

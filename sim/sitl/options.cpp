@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <fstream>
 #include <functional>
 
@@ -54,9 +55,11 @@ void take_origin(Options& o, const std::string& text) {
   if (first == std::string::npos || second == std::string::npos) {
     throw BadOption("--origin " + text + ": write latitude,longitude,altitude in degrees and metres");
   }
-  o.origin_lat_deg = number("--origin latitude", text.substr(0, first), -89.9, 89.9);
-  o.origin_lon_deg = number("--origin longitude", text.substr(first + 1, second - first - 1), -180, 180);
-  o.origin_alt_m = number("--origin altitude", text.substr(second + 1), -500, 9000);
+  const auto scaled = [](double x, double factor) { return static_cast<std::int32_t>(std::nearbyint(x * factor)); };
+  const double latitude = number("--origin latitude", text.substr(0, first), -89.9, 89.9);
+  const double longitude = number("--origin longitude", text.substr(first + 1, second - first - 1), -180, 180);
+  const double altitude = number("--origin altitude", text.substr(second + 1), -500, 9000);
+  o.origin = link::Origin(scaled(latitude, 1e7), scaled(longitude, 1e7), scaled(altitude, 1e3));
 }
 
 void take_identity(Options& o, const std::string& name) {
@@ -130,6 +133,12 @@ const std::vector<Row>& rows() {
        [](Options& o, Given&, S s) { take_signing_key(o, s); }},
       {"log", "FILE.ulg", "write truth, estimate, references and rotor commands (none)",
        [](Options& o, Given&, S s) { o.log = s; }},
+      {"board", "COMMAND", "fly the firmware of a board: a program that speaks by its standard input and output",
+       [](Options& o, Given&, S s) { o.board = s; }},
+      {"board-port", "DEVICE:BAUD", "fly the firmware of a board at a serial port",
+       [](Options& o, Given&, S s) { o.board_port = s; }},
+      {"board-beside", nullptr, "fly it in this process, too, and count the bits that differ",
+       [](Options& o, Given&, S) { o.board_beside = true; }},
       {"port-offboard", "PORT", "our port of the offboard link (14580 + N)",
        [](Options&, Given& g, S s) { g.port_offboard = port("--port-offboard", s); }},
       {"peer-offboard", "PORT", "its default peer (14540 + N)",
@@ -209,7 +218,7 @@ std::string help_text() {
     left.resize(left.size() < 24 ? 24 : left.size() + 1, ' ');
     text += left + row.meaning + "\n";
   }
-  return text + "\nExit code: 0 done, 2 bad option, 3 port in use.\n";
+  return text + "\nExit code: 0 done, 2 bad option, 3 port in use, or the board is lost.\n";
 }
 
 }  // namespace halfroll::sitl

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "link/frames.hpp"
 #include "link/signing.hpp"
 #include "sim/scenario.hpp"
 
@@ -21,9 +22,11 @@ struct Options {
   bool lockstep = false;
   double speed = 1.0;  // times real time; 0 is as fast as it goes, the default in lockstep
   bool px4_identity = false;
-  double origin_lat_deg = 47.397742, origin_lon_deg = 8.545594, origin_alt_m = 488.0;
-  std::string storage;  // directory; empty: nothing outlives the process
-  std::string log;      // ULog file; empty: none
+  link::Origin origin{473977420, 85455940, 488000};
+  std::string storage;            // directory; empty: nothing outlives the process
+  std::string log;                // ULog file; empty: none
+  std::string board, board_port;  // command of a board, or its serial port; empty: the firmware flies in this process
+  bool board_beside = false;      // and in this process, too, to compare every bit
   std::uint16_t port_offboard = 0, peer_offboard = 0, port_gcs = 0, peer_gcs = 0;
   std::array<link::SigningPolicy, link::kLinkCount> signing = {};  // link A, link B
   std::optional<link::SigningKey> signing_key;

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "boards/host/steady_clock.hpp"
+#include "sim/sitl/on_board.hpp"
 #include "sim/sitl/pace.hpp"
 #include "sim/sitl/sensed.hpp"
 
@@ -14,19 +15,23 @@ constexpr std::uint64_t kGroundGoneUs = 5000000;  // wall clock without a frame 
 constexpr std::uint8_t kSevere = 2;               // MAVLink: critical
 constexpr int kServiceMs = 20;                    // wall clock between looks at the links while time stands
 
-Boot boot_from(const Options& options, const host::Storage& storage) {
-  Boot boot;
-  boot.origin_lat_deg = options.origin_lat_deg;
-  boot.origin_lon_deg = options.origin_lon_deg;
-  boot.origin_alt_m = options.origin_alt_m;
-  boot.px4_identity = options.px4_identity;
-  boot.unix_us_at_wall_0 = host::unix_us() - host::wall_us();
-  boot.signing_policies = options.signing;
-  boot.signing_key = options.signing_key;
-  boot.params = storage.stored(link::StorageSlot::kParams);
-  boot.mission = storage.stored(link::StorageSlot::kMission);
-  boot.signing = storage.stored(link::StorageSlot::kSigning);
-  return boot;
+boards::Start start_from(const Options& options, const VehicleSetup& setup) {
+  boards::Start start{setup.vehicle, setup.params, {}};
+  start.boot.origin = options.origin;
+  start.boot.px4_identity = options.px4_identity;
+  start.boot.unix_us_at_wall_0 = host::unix_us() - host::wall_us();
+  start.boot.signing_policies = options.signing;
+  start.boot.signing_key = options.signing_key;
+  return start;
+}
+
+std::unique_ptr<Firmware> firmware_for(const Options& options) {
+  if (options.board.empty() && options.board_port.empty()) return std::make_unique<InProcess>(options.storage);
+  auto channel = options.board.empty() ? std::make_unique<host::ByteChannel>(options.board_port)
+                                       : std::make_unique<host::ByteChannel>(options.board, options.storage);
+  const std::string nowhere;
+  return std::make_unique<OnBoard>(std::move(channel),
+                                   options.board_beside ? std::make_unique<InProcess>(nowhere) : nullptr);
 }
 
 }  // namespace
@@ -37,13 +42,13 @@ Simulation::Simulation(const Options& options, const VehicleSetup& setup, const 
       setup_(setup),
       stop_(stop),
       links_(options.bind, {{{options.port_offboard, options.peer_offboard}, {options.port_gcs, options.peer_gcs}}}),
-      storage_(options.storage),
-      autopilot_(setup.vehicle, setup.params, boot_from(options, storage_)),
+      firmware_(firmware_for(options)),
       model_(setup.plant, options.scenario),
       world_(sim::start(model_, options.seed)) {
+  firmware_->start(start_from(options_, setup_));
   if (options.log.empty()) return;
   log_.emplace(options.log, FlightFacts{version, setup.name, options.scenario_called, options.seed, options.lockstep},
-               autopilot_.params());
+               firmware_->params());
 }
 
 void Simulation::run() {
@@ -60,8 +65,9 @@ void Simulation::run() {
     pace.wait();
     step(!lockstep);
     if (rebooting_) reboot();
-    if (lockstep && autopilot_.t_us() % kReferenceUs == 0) ground = wait_for_ground();
+    if (lockstep && firmware_->shown().t_us % kReferenceUs == 0) ground = wait_for_ground();
   }
+  board_report_ = firmware_->finish();
   if (log_ && !log_->finish(commands_sha256())) {
     std::fprintf(stderr, "halfroll-sitl: the log %s is not complete, is the disk full?\n", options_.log.c_str());
   }
@@ -72,14 +78,12 @@ void Simulation::step(bool listening) {
   Inputs in = sensed(world_);
   if (listening) in.link = hear(link::kStepDatagrams, link::kStepBytes / 2);
   in.link.wall_us = host::wall_us();
-  in.link.stored = stored_;
-  stored_ = {};
-  const Outputs out = autopilot_.step(in);
+  const Outputs out = firmware_->step(in);
 
   for (const float thrust : out.rotors.thrust) commands_.add_float(thrust);
   if (log_) {
-    log_->add({steps_ * kStepUs, world_, autopilot_.estimate(), autopilot_.reference(), out.rotors,
-               static_cast<std::uint8_t>(autopilot_.mode()), autopilot_.armed()});
+    const hil::Shown& shown = firmware_->shown();
+    log_->add({steps_ * kStepUs, world_, shown.estimate, shown.reference, out.rotors, shown.mode, shown.armed});
   }
   carry(out.link);
   sim::step(model_, world_, out.rotors);
@@ -92,27 +96,26 @@ Simulation::Ground Simulation::wait_for_ground() {
   const std::uint64_t began_us = host::wall_us();
   std::uint64_t asked_us = began_us;
   ground_heard_us_ = began_us;
-  autopilot_.ask_time();
+  firmware_->ask_time();
   while (!ending()) {
-    LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
-    in.stored = stored_;
-    stored_ = {};
-    carry(autopilot_.service(in));
-    if (autopilot_.time_answered()) {
+    const LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
+    carry(firmware_->service(in));
+    if (rebooting_) return Ground::kAnswered;  // of the clock that has begun again
+    if (firmware_->shown().time_answered) {
       ground_seen_ = true;
       return Ground::kAnswered;
     }
     const std::uint64_t now_us = host::wall_us();
-    if (autopilot_.ground_frames() != ground_frames_) {
-      ground_frames_ = autopilot_.ground_frames();
+    if (firmware_->shown().ground_frames != ground_frames_) {
+      ground_frames_ = firmware_->shown().ground_frames;
       ground_heard_us_ = now_us;
     }
     if (ground_seen_ && now_us - ground_heard_us_ > kGroundGoneUs) return Ground::kSilent;
     if (now_us - asked_us > kAskAgainUs) {
-      autopilot_.ask_time();
+      firmware_->ask_time();
       asked_us = now_us;
-    } else if (stored_.slot == link::StorageSlot::kNone && in.rx_count == 0) {
-      links_.wait(kServiceMs);
+    } else if (!firmware_->shown().result_pending && in.rx_count == 0) {
+      links_.wait(firmware_->has_links_of_its_own() ? 0 : kServiceMs);
     }
   }
   return Ground::kEnding;
@@ -134,16 +137,14 @@ void Simulation::carry(const LinkOutputs& out) {
     if (!log_ || frame.to.link == 1) continue;  // texts go to both links: once is enough
     if (const auto text = said(frame)) log_->say(steps_ * kStepUs, *text);
   }
-  if (out.store.slot != link::StorageSlot::kNone) stored_ = storage_.write(out.store);
   shut_down_ = shut_down_ || out.shut_down;
   rebooting_ = rebooting_ || out.reboot;
 }
 
 /// The autopilot starts again from what is stored, and its clock with it; the vehicle stays where it is.
 void Simulation::reboot() {
-  autopilot_ = Autopilot(setup_.vehicle, setup_.params, boot_from(options_, storage_));
+  firmware_->start(start_from(options_, setup_));
   sim::restart_clock(model_, world_);
-  stored_ = {};
   rebooting_ = false;
 }
 

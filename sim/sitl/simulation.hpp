@@ -3,13 +3,14 @@
 #pragma once
 #include <csignal>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "autopilot.hpp"
-#include "boards/host/storage.hpp"
 #include "boards/host/udp_links.hpp"
 #include "link/sha256.hpp"
+#include "sim/sitl/firmware.hpp"
 #include "sim/sitl/flight_log.hpp"
 #include "sim/sitl/options.hpp"
 #include "sim/sitl/vehicle_file.hpp"
@@ -28,6 +29,8 @@ class Simulation {
 
   double flown_s() const { return 1e-6 * static_cast<double>(steps_ * kStepUs); }
   std::string commands_sha256() const { return commands_.hex().data(); }
+  /// What the board has measured, one line of JSON; empty without a board.
+  const std::string& board_report() const { return board_report_; }
 
  private:
   enum class Ground { kAnswered, kSilent, kEnding };
@@ -44,16 +47,15 @@ class Simulation {
   VehicleSetup setup_;
   const volatile std::sig_atomic_t& stop_;
   host::UdpLinks links_;
-  host::Storage storage_;
   std::optional<FlightLog> log_;
-  Autopilot autopilot_;
+  std::unique_ptr<Firmware> firmware_;
   sim::Model model_;
   sim::World world_;
 
-  link::StorageResult stored_;  // not yet told to the autopilot
   link::Sha256 commands_;
   std::uint64_t steps_ = 0;
   bool shut_down_ = false, rebooting_ = false;
+  std::string board_report_;
   bool crash_told_ = false;
   bool ground_seen_ = false;  // 191 has answered once
   std::uint32_t ground_frames_ = 0;

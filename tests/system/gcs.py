@@ -47,6 +47,9 @@ class Gcs:
         self._socket.sendto(frame.pack(self._codec), self._peer)
         self._codec.seq = (self._codec.seq + 1) % 256
 
+    def heartbeat(self) -> Any:
+        return self._codec.heartbeat_encode(mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+
     def receive(self) -> list[Any]:
         try:
             datagram = self._socket.recv(65535)

@@ -20,7 +20,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 using C = CommandResult;
 
-CommandSituation situation(int count = 5) { return {{473977420, 85455940, 488.0}, 2.F, false, count}; }
+CommandSituation situation(int count = 5) { return {{473977420, 85455940, 488000}, 2.F, false, count}; }
 
 Wish ask(std::uint16_t command, std::array<float, 7> p = {}, const CommandSituation& now = situation()) {
   Command c;
@@ -167,7 +167,7 @@ TEST_CASE("home and origin") {
   const HomeWish home = wanted<HomeWish>(ask_int(179, 0, {0, 0, 0, 0}, 473977421, 85455941, 490));
   CHECK_FALSE(home.here);
   CHECK(home.lat_degE7 == 473977421);
-  CHECK(home.alt_m == 490.0);
+  CHECK(home.alt_mm == 490000);
   CHECK(wanted<HomeWish>(ask(179, {0, 0, 0, 0, 47.5F, 8.5F, 490})).lat_degE7 == 475000000);
   CHECK(is(ask(179, {0, 0, 0, 0, 91.F, 8.5F, 490}), C::kDenied));
   CHECK(is(ask(179, {0, 0, 0, 0, 47.F, 8.5F, kNan}), C::kDenied));

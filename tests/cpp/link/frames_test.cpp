@@ -9,7 +9,7 @@ using namespace halfroll;
 using namespace halfroll::link;
 
 namespace {
-constexpr Origin kZurich{473977420, 85455940, 488.0};
+const Origin kZurich{473977420, 85455940, 488000};
 const float kHalf = std::sqrt(0.5F);
 }  // namespace
 
@@ -62,7 +62,7 @@ TEST_CASE("geodesy is the contract's formula to a tenth of a millimetre") {
   const double e2 = 6.69437999014e-3, a = 6378137.0, root = std::sqrt(1 - e2 * s * s);
   const double north = (47.4067420 - 47.397742) * rad * (a * (1 - e2) / (root * root * root) + 488.0);
   const double east = (8.5335940 - 8.545594) * rad * std::cos(lat0) * (a / root + 488.0);
-  const Vec3 p = local_from_global(kZurich, lat, lon, 500.0);
+  const Vec3 p = local_from_global(kZurich, {lat, lon, 500000});
   CHECK(static_cast<double>(p.x()) == doctest::Approx(north).epsilon(1e-7));
   CHECK(static_cast<double>(-p.y()) == doctest::Approx(east).epsilon(1e-7));
   CHECK(p.z() == 12.F);
@@ -70,15 +70,15 @@ TEST_CASE("geodesy is the contract's formula to a tenth of a millimetre") {
 }
 TEST_CASE("geodesy and its inverse return the same integers") {
   for (const std::int32_t step : {-90001, -17, 0, 1, 12345, 400000}) {
-    const Vec3 p = local_from_global(kZurich, kZurich.lat_degE7 + step, kZurich.lon_degE7 - 2 * step, 480.0);
+    const Vec3 p = local_from_global(kZurich, {kZurich.lat_degE7() + step, kZurich.lon_degE7() - 2 * step, 480000});
     const GlobalPosition back = global_from_local(kZurich, p);
-    CHECK(back.lat_degE7 == kZurich.lat_degE7 + step);
-    CHECK(back.lon_degE7 == kZurich.lon_degE7 - 2 * step);
-    CHECK(back.alt_m == doctest::Approx(480.0));
+    CHECK(back.lat_degE7 == kZurich.lat_degE7() + step);
+    CHECK(back.lon_degE7 == kZurich.lon_degE7() - 2 * step);
+    CHECK(back.alt_mm == 480000);
   }
 }
 TEST_CASE("what is no angle is not given") {
   CHECK(to_degE7(NAN) == INT32_MAX);
-  CHECK(to_degE7(1e9) == INT32_MAX);
-  CHECK(to_degE7(-8.5455940) == -85455940);
+  CHECK(to_degE7(1e9F) == INT32_MAX);
+  CHECK(to_degE7(-8.5F) == -85000000);
 }

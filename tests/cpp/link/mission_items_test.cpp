@@ -246,7 +246,7 @@ TEST_CASE("a jump must stay inside the mission and its loop must go somewhere") 
 
 TEST_CASE("a stored item becomes a place in north-west-up") {
   Datum datum;
-  datum.origin = {473977420, 85455940, 488.0};
+  datum.origin = {473977420, 85455940, 488000};
   datum.home_z = 2.F;
   MissionItem item = at(16, {3, 1.5F, 0, 90}, 3, 10.F);
   item.x += 1000;

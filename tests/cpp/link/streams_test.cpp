@@ -98,7 +98,7 @@ TEST_CASE("a change of mode, arming, landed state, home or mission shows at once
   status.landed = LandedState::kInAir;
   status.home = Home{};
   status.mission.current = 3;
-  status.origin.lat_degE7 = 5;
+  status.origin = {5, 0, 0};
   streams.show_changes(status, outbox);
   for (const std::uint32_t id : {msg::kHeartbeat, msg::kCurrentMode, msg::kExtendedSysState, msg::kHomePosition,
                                  msg::kMissionCurrent, msg::kGpsGlobalOrigin}) {

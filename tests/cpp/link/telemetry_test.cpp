@@ -24,7 +24,7 @@ VehicleStatus flying() {
   s.estimate.v_WB = {1, 2, 3};
   s.estimate.w_WB_B = {0.1F, 0.2F, 0.3F};
   s.estimate.attitude_valid = s.estimate.position_valid = true;
-  s.origin = {473977420, 85455940, 488.0};
+  s.origin = {473977420, 85455940, 488000};
   s.home = Home{{0, 0, 5}, 0.F, 473977420, 85455940, 493000};
   s.thrust_normalised = -0.4F;
   s.rotor_thrust_normalised = {0.1F, -0.2F, 0.3F, -1.F};
@@ -135,7 +135,7 @@ TEST_CASE("home and origin repeat their integers") {
   CHECK(+home.z == -5.F);
   CHECK(std::isnan(home.approach_x));
   CHECK(+home.q[0] == 1.F);
-  s.origin.alt_m = 123456 * 1e-3;
+  s.origin = {473977420, 85455940, 123456};
   CHECK(+shown(msg::kGpsGlobalOrigin, s, mavlink_msg_gps_global_origin_decode).altitude == 123456);
   s.home.reset();
   CHECK(encode(Telemetry{msg::kHomePosition, s}, Envelope{}).size == 0);

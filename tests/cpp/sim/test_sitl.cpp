@@ -147,8 +147,8 @@ TEST_CASE("options are taken with a space or an equals sign, --set as often as w
   CHECK(o.port_offboard == 14583);
   CHECK(o.port_gcs == 9000);
   CHECK(o.settings == std::vector<std::string>{"mass_kg=1", "arm_m=0.2"});
-  CHECK(o.origin_lat_deg == -33.5);
-  CHECK(o.origin_alt_m == 12);
+  CHECK(o.origin.lat_degE7() == -335000000);
+  CHECK(o.origin.alt_mm() == 12000);
   CHECK(o.seed == 9007199254740993U);  // all 64 bits, no detour through floating point
   CHECK(o.px4_identity);
 }
