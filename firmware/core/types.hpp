@@ -41,6 +41,10 @@ struct PoseFix {
   Vec3 position_deviation = Vec3::Zero();  // [m], along W
   Vec3 attitude_deviation = Vec3::Zero();  // [rad], about W
   std::uint8_t resets = 0;                 // of the source's own origin, counted by the source
+  bool operator==(const PoseFix& o) const {
+    return t_us == o.t_us && p_WB == o.p_WB && q_WB == o.q_WB && position_deviation == o.position_deviation &&
+           attitude_deviation == o.attitude_deviation && resets == o.resets;
+  }
 };
 
 /// A satellite fix, already in W.
@@ -51,18 +55,24 @@ struct GpsFix {
   float horizontal_deviation = 0.F;  // [m]
   float vertical_deviation = 0.F;    // [m]
   float speed_deviation = 0.F;       // [m/s]
+  bool operator==(const GpsFix& o) const {
+    return t_us == o.t_us && p_WB == o.p_WB && v_WB == o.v_WB && horizontal_deviation == o.horizontal_deviation &&
+           vertical_deviation == o.vertical_deviation && speed_deviation == o.speed_deviation;
+  }
 };
 
 /// Height by pressure: right up to an offset that wanders slowly with the weather.
 struct BarometerSample {
   std::uint64_t t_us = 0;
   float height = 0.F;  // [m] above the local origin
+  bool operator==(const BarometerSample& o) const { return t_us == o.t_us && height == o.height; }
 };
 
 /// The earth's field, in any unit: only its direction counts.
 struct MagnetometerSample {
   std::uint64_t t_us = 0;
   Vec3 field_B = Vec3::Zero();
+  bool operator==(const MagnetometerSample& o) const { return t_us == o.t_us && field_B == o.field_B; }
 };
 
 /// All that the sensors say in one millisecond.

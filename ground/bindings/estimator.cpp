@@ -35,8 +35,8 @@ void bind_estimator(py::module_& m) {
            "flying"_a = true, "Advance 1 ms: gyro [rad/s], accelerometer [m/s^2], perhaps a pose -> Estimate.")
       .def_property_readonly(
           "covariance", [](const BoundEstimator& e) { return e.estimator().covariance().matrix(); },
-          "(15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and after a "
-          "measurement it is that of now.")
+          "(15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and when a "
+          "measurement has been taken in it is that of now.")
       .def_property_readonly("gyro_bias", [](const BoundEstimator& e) { return e.estimator().gyro_bias(); })
       .def_property_readonly("accelerometer_bias",
                              [](const BoundEstimator& e) { return e.estimator().accelerometer_bias(); })
