@@ -30,7 +30,7 @@ Vec3d shaking(Sensors& sensors, const Truth& truth) {
 
 void walk(const InertialErrors& errors, Vec3d& bias, const Random& random, Stream stream, std::uint64_t t_us) {
   if (errors.bias_walk <= 0.0 || t_us == 0 || t_us % kWalkPeriodUs != 0) return;
-  const auto n = random.normals(stream, t_us / kWalkPeriodUs);
+  const auto n = random.normals<3>(stream, t_us / kWalkPeriodUs);
   bias += errors.bias_walk * std::sqrt(1e-6 * static_cast<double>(kWalkPeriodUs)) * Vec3d(n[0], n[1], n[2]);
 }
 
@@ -42,7 +42,7 @@ Vec3 converted(const InertialErrors& errors, Vec3d reading) {
 
 Vec3d noisy(const InertialErrors& errors, const Random& random, Stream stream, std::uint64_t t_us, const Vec3d& truth) {
   if (errors.noise <= 0.0) return truth;
-  const auto n = random.normals(stream, t_us / 1000);
+  const auto n = random.normals<3>(stream, t_us / 1000);
   return truth + errors.noise * Vec3d(n[0], n[1], n[2]);
 }
 

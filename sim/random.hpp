@@ -84,10 +84,14 @@ struct Random {
                   {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)});
   }
 
-  /// Four independent numbers of mean 0 and variance 1.
-  std::array<double, 4> normals(Stream stream, std::uint64_t index) const {
+  /// Independent numbers of mean 0 and variance 1: four, or as many of them as are wanted.
+  template <std::size_t kWanted = 4>
+  std::array<double, kWanted> normals(Stream stream, std::uint64_t index) const {
+    static_assert(kWanted <= 4);
     const Words w = words(stream, index);
-    return {normal_quantile(w[0]), normal_quantile(w[1]), normal_quantile(w[2]), normal_quantile(w[3])};
+    std::array<double, kWanted> n;
+    for (std::size_t i = 0; i < kWanted; ++i) n[i] = normal_quantile(w[i]);
+    return n;
   }
 
   /// Four independent numbers between 0 and 1, neither included.

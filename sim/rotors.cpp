@@ -53,7 +53,7 @@ RotorModel::RotorModel(const Plant& plant)
       governor(shares(plant.governor_lag)),
       slew{0.5 * plant.rotor_slew_N_s * kSubstep, plant.rotor_slew_N_s * kSubstep},
       stiction_N(plant.servo_stiction_N),
-      droop(plant.governor_droop),
+      droop_per_N(plant.governor_droop / plant.thrust_max),
       governed(plant.governor_droop > 0.0) {}
 
 Rotors steady(const Plant& plant, const RotorCommands& commands) {
@@ -102,7 +102,7 @@ ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep, cons
       thrust.middle[i] = pitch.middle;
       thrust.end[i] = pitch.end;
       if (model.governed || !condition.sound) {
-        const double load = model.droop * std::abs(rotors.thrust[i]) / model.thrust_max;
+        const double load = model.droop_per_N * std::abs(rotors.thrust[i]);
         const double target = condition.dead[i] ? 0.0 : std::min(1.0 - load, condition.speed_ceiling);
         const Step speed = towards(rotors.speed[i], target, model.governor);
         rotors.speed[i] = speed.end;

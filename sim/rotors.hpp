@@ -49,7 +49,7 @@ struct RotorModel {
   int delay_substeps;
   double thrust_min, thrust_max;
   Share lag, lag_down, governor, slew;  // slew [N]
-  double stiction_N, droop;
+  double stiction_N, droop_per_N;
   bool governed;  // speed is not simply nominal
 
   /// Blades on sound, governed rotors: nothing but lag and slew limit.

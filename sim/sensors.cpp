@@ -12,7 +12,7 @@ namespace {
 constexpr double kPerMicrosecond = 1e-6;
 
 Vec3d normal3(const Random& random, Stream stream, std::uint64_t index) {
-  const auto n = random.normals(stream, index);
+  const auto n = random.normals<3>(stream, index);
   return {n[0], n[1], n[2]};
 }
 
@@ -65,7 +65,7 @@ void expose(const Scenario& scenario, const Random& random, Sensors& sensors, co
     seen = seen && u[0] >= mocap.dropout;
     due_us += static_cast<std::uint64_t>(u[1] * static_cast<double>(mocap.jitter_us));
     if (u[2] < mocap.outlier) {
-      const auto wrong = random.normals(Stream::kMocapOutlier, 2 * n);
+      const auto wrong = random.normals<3>(Stream::kMocapOutlier, 2 * n);
       p_W += mocap.outlier_size * Vec3d(wrong[0], wrong[1], wrong[2]);
       turn += mocap.outlier_size * normal3(random, Stream::kMocapOutlier, 2 * n + 1);
     }
@@ -101,7 +101,7 @@ void fix_position(const Scenario& scenario, const Random& random, Sensors& senso
 BarometerSample pressure_height(const Scenario& scenario, const Random& random, Sensors& sensors, const Truth& truth) {
   const BarometerSetup& barometer = scenario.barometer;
   const double period_s = kPerMicrosecond * static_cast<double>(barometer.period_us);
-  const auto n = random.normals(Stream::kBarometer, truth.t_us / barometer.period_us);
+  const auto n = random.normals<2>(Stream::kBarometer, truth.t_us / barometer.period_us);
   sensors.barometer_drift += barometer.drift * std::sqrt(period_s) * n[0];
   return {truth.t_us, static_cast<float>(truth.p_W.z() + sensors.barometer_drift + barometer.noise * n[1])};
 }

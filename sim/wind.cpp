@@ -60,7 +60,8 @@ WindModel::Filter WindModel::filter(double length, double speed) {
 Wind WindModel::start(const Random& random) const {
   Wind wind;
   if (turbulent_) {
-    const auto n = random.normals(Stream::kTurbulence, 0), m = random.normals(Stream::kTurbulenceCross, 0);
+    const auto n = random.normals<3>(Stream::kTurbulence, 0);
+    const auto m = random.normals<2>(Stream::kTurbulenceCross, 0);
     wind.along = n[0];
     wind.across = {n[1], 0.5 * (n[1] + m[0])};
     wind.vertical = {n[2], 0.5 * (n[2] + m[1])};
@@ -71,8 +72,8 @@ Wind WindModel::start(const Random& random) const {
 
 void WindModel::advance(Wind& wind, const Random& random, std::uint64_t t_us) const {
   if (turbulent_) {
-    const auto n = random.normals(Stream::kTurbulence, t_us / 1000);
-    const auto m = random.normals(Stream::kTurbulenceCross, t_us / 1000);
+    const auto n = random.normals<3>(Stream::kTurbulence, t_us / 1000);
+    const auto m = random.normals<2>(Stream::kTurbulenceCross, t_us / 1000);
     wind.along = along_.keep * wind.along + along_.drive * n[0];
     const auto move = [](std::array<double, 2>& z, const Filter& f, double e1, double e2) {
       z[1] = f.keep * z[1] + f.carry * z[0] + f.to_second * e1 + f.second * e2;

@@ -16,7 +16,7 @@ double spin_of(const Model& model, const PerRotor& speed) {
 Surroundings surroundings(const Model& model, const World& world) {
   Surroundings around;
   around.wind_W = world.wind.velocity_W;
-  if (model.air_moves_blades) around.blades = blade_sums(model, world.rotors.speed);
+  around.air = air_coefficients(model, world.rotors.speed);
   if (model.spin > 0.0) around.spin = spin_of(model, world.rotors.speed);
   around.near_ground = near_ground(model.plant, model.ground, world.body);
   return around;

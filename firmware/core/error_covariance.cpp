@@ -1,6 +1,5 @@
 #include "core/error_covariance.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -13,15 +12,6 @@ using namespace error_state;
 constexpr std::array<float, 5> kLeast = {1e-10F, 1e-9F, 1e-10F, 1e-12F, 1e-9F};
 constexpr std::array<float, 5> kMost = {10.F, 1e4F, 1e6F, 1.F, 10.F};
 
-using Matrix = ErrorCovariance::Matrix;
-
-/// Columns from `from` times m^T added to those from `to`: one block of a multiplication by Phi^T.
-void add(Matrix& p, int to, int from, const Mat3& m) {
-  for (int j = 0; j < 3; ++j) {
-    for (int k = 0; k < 3; ++k) p.col(to + j) += m(j, k) * p.col(from + k);
-  }
-}
-
 Mat3 cross_matrix(const Vec3& v) {
   Mat3 m;
   m << 0.F, -v.z(), v.y(), v.z(), 0.F, -v.x(), -v.y(), v.x(), 0.F;
@@ -30,18 +20,36 @@ Mat3 cross_matrix(const Vec3& v) {
 
 }  // namespace
 
+/// The three errors from `to` have become larger by m times those from `from`, which stay: P Phi^T by columns, and the
+/// same by rows, which symmetry gives but where those three meet themselves. What is 0 in m costs nothing.
+void ErrorCovariance::add(int to, int from, const Mat3& m) {
+  for (int j = 0; j < 3; ++j) {
+    for (int k = 0; k < 3; ++k) {
+      if (m(j, k) == 0.F) continue;
+      for (int i = 0; i < kSize; ++i) p_(i, to + j) += m(j, k) * p_(i, from + k);
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      if (m(i, k) == 0.F) continue;
+      for (int j = i; j < 3; ++j) p_(to + i, to + j) += m(i, k) * p_(from + k, to + j);
+    }
+    for (int j = i; j < 3; ++j) p_(to + j, to + i) = p_(to + i, to + j);
+  }
+  for (int j = to; j < to + 3; ++j) {
+    for (int i = 0; i < kSize; ++i) p_(j, i) = p_(i, j);
+  }
+}
+
 // Over dt:  attitude += -R dt gyro_bias;  velocity += -[faster]x attitude - R dt accelerometer_bias;
 //           position += dt times the mean of the velocity error before and after.
 void ErrorCovariance::propagate(float dt, const Mat3& R_WB, const Vec3& faster_W, const InertialNoise& noise) {
-  const Mat3 turned = -dt * R_WB, pushed = -cross_matrix(faster_W);
-  for (int side = 0; side < 2; ++side) {  // P Phi^T, and the transpose of that again
-    for (int j = 0; j < 3; ++j) p_.col(kPosition + j) += 0.5F * dt * p_.col(kVelocity + j);
-    add(p_, kVelocity, kAttitude, pushed);
-    add(p_, kVelocity, kAccelerometerBias, turned);
-    for (int j = 0; j < 3; ++j) p_.col(kPosition + j) += 0.5F * dt * p_.col(kVelocity + j);
-    add(p_, kAttitude, kGyroBias, turned);
-    p_.transposeInPlace();
-  }
+  const Mat3 turned = -dt * R_WB, half = 0.5F * dt * Mat3::Identity();
+  add(kPosition, kVelocity, half);
+  add(kVelocity, kAttitude, -cross_matrix(faster_W));
+  add(kVelocity, kAccelerometerBias, turned);
+  add(kPosition, kVelocity, half);
+  add(kAttitude, kGyroBias, turned);
   const float q = noise.accelerometer * dt;
   for (int j = 0; j < 3; ++j) {
     p_(kAttitude + j, kAttitude + j) += noise.gyro * dt;
@@ -55,70 +63,41 @@ void ErrorCovariance::propagate(float dt, const Mat3& R_WB, const Vec3& faster_W
   keep_safe();
 }
 
-/// P H^T.
+// Number by number, as their noise is independent: nothing is inverted, and no row of the observation has more than
+// five entries. P loses g g^T, g = P h / sqrt(h^T P h + R), which is symmetric to the last bit; distances add up.
 template <int N>
-Eigen::Matrix<float, kSize, N> ErrorCovariance::against(const Observation<N>& seen) const {
-  Eigen::Matrix<float, kSize, N> m;
-  for (int i = 0; i < N; ++i) {
-    m.col(i) = seen.velocity * p_.col(kVelocity + seen.axis + i) + seen.position * p_.col(kPosition + seen.axis + i);
-    for (int k = 0; k < 3; ++k) m.col(i) += seen.attitude(i, k) * p_.col(kAttitude + k);
-  }
-  return m;
-}
-
-namespace {
-
-/// H P H^T + R, of P H^T.
-template <int N>
-Eigen::Matrix<float, N, N> spread(const Observation<N>& seen, const Eigen::Matrix<float, kSize, N>& m) {
-  Eigen::Matrix<float, N, N> s;
-  for (int i = 0; i < N; ++i) {
-    for (int j = 0; j < N; ++j) {
-      s(i, j) = seen.velocity * m(kVelocity + seen.axis + i, j) + seen.position * m(kPosition + seen.axis + i, j);
-      for (int k = 0; k < 3; ++k) s(i, j) += seen.attitude(i, k) * m(kAttitude + k, j);
+float ErrorCovariance::fuse(const Observation<N>& seen, ErrorVector& found) {
+  float distance2 = 0.F;
+  for (int n = 0; n < N; ++n) {
+    ErrorVector g = ErrorVector::Zero();  // P h
+    float spread = seen.variance(n), unexplained = seen.innovation(n);
+    const auto each = [&](const auto& use) {
+      if (seen.position != 0.F) use(kPosition + seen.axis + n, seen.position);
+      if (seen.velocity != 0.F) use(kVelocity + seen.axis + n, seen.velocity);
+      for (int k = 0; k < 3; ++k) {
+        if (seen.attitude(n, k) != 0.F) use(kAttitude + k, seen.attitude(n, k));
+      }
+    };
+    each([&](int entry, float h) {
+      for (int i = 0; i < kSize; ++i) g(i) += h * p_(i, entry);
+      unexplained -= h * found(entry);
+    });
+    each([&](int entry, float h) { spread += h * g(entry); });
+    const float scale = 1.F / std::sqrt(spread);
+    const float off = scale * unexplained;
+    g *= scale;
+    distance2 += off * off;
+    found += off * g;
+    for (int j = 0; j < kSize; ++j) {
+      for (int i = 0; i < kSize; ++i) p_(i, j) -= g(j) * g(i);
     }
-    s(i, i) += seen.variance(i);
   }
-  return s;
+  for (int j = 0; j < kSize; ++j) p_(j, j) = std::max(p_(j, j), kLeast[static_cast<std::size_t>(j) / 3]);
+  return distance2;
 }
 
-}  // namespace
-
-template <int N>
-Weighed<N> ErrorCovariance::weigh(const Observation<N>& seen) const {
-  Weighed<N> w;
-  w.against = against(seen);
-  w.inverse = spread(seen, w.against).inverse();
-  w.distance2 = seen.innovation.dot(w.inverse.lazyProduct(seen.innovation).eval());
-  return w;
-}
-
-// Joseph's form written out: P - K M^T - (M - K S) K^T, which errs only to second order where K is rounded.
-template <int N>
-void ErrorCovariance::fuse(const Observation<N>& seen, const Weighed<N>& weighed, ErrorVector& found) {
-  const auto& m = weighed.against;
-  const Eigen::Matrix<float, kSize, N> gain = m.lazyProduct(weighed.inverse);
-  const Eigen::Matrix<float, kSize, N> rest = m - gain.lazyProduct(spread(seen, m));
-  Eigen::Matrix<float, N, 1> unexplained = seen.innovation;
-  for (int i = 0; i < N; ++i) {
-    unexplained(i) -=
-        seen.velocity * found(kVelocity + seen.axis + i) + seen.position * found(kPosition + seen.axis + i);
-    for (int k = 0; k < 3; ++k) unexplained(i) -= seen.attitude(i, k) * found(kAttitude + k);
-  }
-  for (int n = 0; n < N; ++n) found += unexplained(n) * gain.col(n);
-  for (int j = 0; j < kSize; ++j) {
-    ErrorVector less = m(j, 0) * gain.col(0) + gain(j, 0) * rest.col(0);
-    for (int n = 1; n < N; ++n) less += m(j, n) * gain.col(n) + gain(j, n) * rest.col(n);
-    p_.col(j) -= less;
-    p_(j, j) = std::max(p_(j, j), kLeast[static_cast<std::size_t>(j) / 3]);
-    for (int i = 0; i < j; ++i) p_(i, j) = p_(j, i);
-  }
-}
-
-template Weighed<1> ErrorCovariance::weigh(const Observation<1>&) const;
-template Weighed<3> ErrorCovariance::weigh(const Observation<3>&) const;
-template void ErrorCovariance::fuse(const Observation<1>&, const Weighed<1>&, ErrorVector&);
-template void ErrorCovariance::fuse(const Observation<3>&, const Weighed<3>&, ErrorVector&);
+template float ErrorCovariance::fuse(const Observation<1>&, ErrorVector&);
+template float ErrorCovariance::fuse(const Observation<3>&, ErrorVector&);
 
 void ErrorCovariance::set(int first, const Vec3& variance) {
   p_.middleRows<3>(first).setZero();
@@ -138,10 +117,9 @@ float ErrorCovariance::deviation(int first) const {
   return std::sqrt(std::max({p_(first, first), p_(first + 1, first + 1), p_(first + 2, first + 2)}));
 }
 
-/// Symmetric again, and every variance in range; one that is too large takes its covariances down with it.
+/// Every variance in range; one that is too large takes its covariances down with it.
 void ErrorCovariance::keep_safe() {
   for (int j = 0; j < kSize; ++j) {
-    for (int i = 0; i < j; ++i) p_(j, i) = p_(i, j) = 0.5F * (p_(i, j) + p_(j, i));
     const float most = kMost[static_cast<std::size_t>(j) / 3];
     p_(j, j) = std::max(p_(j, j), kLeast[static_cast<std::size_t>(j) / 3]);
     if (p_(j, j) <= most) continue;

@@ -26,14 +26,6 @@ struct Observation {
   int axis = 0;  // of the first number; the others follow
 };
 
-/// An observation against a covariance P.
-template <int N>
-struct Weighed {
-  Eigen::Matrix<float, error_state::kSize, N> against;  // P H^T
-  Eigen::Matrix<float, N, N> inverse;                   // (H P H^T + R)^-1
-  float distance2 = 0.F;  // Mahalanobis distance of the innovation, squared: chi² of N when all is well
-};
-
 /// White noise of the inertial sensors as variance per second, and how fast their biases walk.
 struct InertialNoise {
   float gyro = 0.F;                // [rad²/s]
@@ -49,13 +41,10 @@ class ErrorCovariance {
   /// dt seconds on: R_WB in the middle, what the specific force added to the velocity, noise.
   void propagate(float dt, const Mat3& R_WB, const Vec3& faster_W, const InertialNoise& noise);
 
-  /// How an observation stands to what is known now.
+  /// Take an observation in; its innovation is what the errors `found` so far in this instant do not explain. Returns
+  /// the Mahalanobis distance of that, squared, as seen from before: chi² of N when all is well.
   template <int N>
-  Weighed<N> weigh(const Observation<N>& seen) const;
-  /// Take the observation in, as weighed by this covariance; the innovation is what the errors `found` so far in this
-  /// instant do not explain.
-  template <int N>
-  void fuse(const Observation<N>& seen, const Weighed<N>& weighed, ErrorVector& found);
+  float fuse(const Observation<N>& seen, ErrorVector& found);
 
   /// Forget what is known of three errors: independent of the rest, with these variances.
   void set(int first, const Vec3& variance);
@@ -69,8 +58,7 @@ class ErrorCovariance {
   bool operator==(const ErrorCovariance& o) const { return p_ == o.p_; }
 
  private:
-  template <int N>
-  Eigen::Matrix<float, error_state::kSize, N> against(const Observation<N>& seen) const;
+  void add(int to, int from, const Mat3& m);
   void keep_safe();
 
   Matrix p_ = Matrix::Identity();

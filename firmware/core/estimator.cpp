@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/constants.hpp"
 #include "core/quaternion.hpp"
@@ -64,10 +65,27 @@ Estimate Estimator::step(std::uint64_t t_us, const Measurements& measured, bool 
   if (started_) path_.step(t_us, unbiased(imu_), unbiased(imu), placed_);
   started_ = true;
   imu_ = imu;
-  if (placed_ && t_us - grown_us_ >= kGrowUs) grow(params);
-  if (measured.pose) see(*measured.pose, flying, params);
-  see_outdoors(measured, params);
+  gather(measured, params);
+  if (!placed_) {
+    begin(flying, params);
+  } else if (t_us % kReferenceUs != 0) {  // the outer loop is work enough for one millisecond
+    take_in(flying, params);
+  }
   return estimate(imu);
+}
+
+/// One a millisecond, so that none is much longer than the others.
+void Estimator::take_in(bool flying, const Params& params) {
+  if (path_.t_us() - grown_us_ >= kGrowUs) grow(params);
+  if (waiting_.pose) {
+    see(*std::exchange(waiting_.pose, std::nullopt), flying, params);
+  } else if (waiting_.gps) {
+    see(*std::exchange(waiting_.gps, std::nullopt), params);
+  } else if (waiting_.barometer) {
+    see(*std::exchange(waiting_.barometer, std::nullopt), params);
+  } else if (waiting_.magnetometer) {
+    see(*std::exchange(waiting_.magnetometer, std::nullopt), params);
+  }
 }
 
 Imu Estimator::unbiased(const Imu& imu) const {
@@ -103,7 +121,7 @@ void Estimator::forget() {
   aided_ = {};
 }
 
-/// Errors found by a measurement, into the motion and the biases.
+/// Errors found by measurements, into the motion and the biases.
 void Estimator::inject(const ErrorVector& found) {
   path_.correct(found.segment<3>(kAttitude), found.segment<3>(kVelocity), found.segment<3>(kPosition));
   gyro_bias_ += found.segment<3>(kGyroBias);
@@ -152,15 +170,7 @@ void Estimator::see(const PoseFix& pose, bool flying, const Params& params) {
   attitude.innovation = rotation_vector(turn_W);
   attitude.variance = turned_variance;
   attitude.attitude = Mat3::Identity();
-  const float gate = square(params.est_gate);
-  const Weighed<3> weighed = covariance_.weigh(position);
-  if (weighed.distance2 < gate && covariance_.weigh(attitude).distance2 < gate) {
-    ErrorVector found = ErrorVector::Zero();
-    covariance_.fuse(position, weighed, found);
-    covariance_.fuse(attitude, covariance_.weigh(attitude), found);
-    inject(found);
-    return agreed(aided_.pose_us, pose.t_us, aided_.by_pose);
-  }
+  if (believe(params, position, attitude)) return agreed(aided_.pose_us, pose.t_us, aided_.by_pose);
   ++health_.rejected;
   if (path_.t_us() - aided_.since_us < kValidAfterUs) {  // one of the two lies
     aided_ = {};

@@ -28,7 +28,8 @@ struct EstimatorHealth {
 class Estimator {
  public:
   /// Advance to t_us, 1 ms after the call before; the first is at 0. `flying`: off the ground, where nothing stands
-  /// still to the last bit. Measurements may be up to 0.25 s old. What is not finite, no attitude, out of order or
+  /// still to the last bit. Measurements may be up to 0.25 s old. One is taken in a millisecond, and none in that of
+  /// the outer loop: the others wait, and of each kind the newest. What is not finite, no attitude, out of order or
   /// older is not used. The first pose places the vehicle, in any attitude; without poses a still vehicle with
   /// accelerometer, magnetometer and satellites is placed by those. Position is valid after 0.1 s of poses and until
   /// 0.5 s without; attitude until it is uncertain by 10 deg.
@@ -40,12 +41,22 @@ class Estimator {
   const EstimatorHealth& health() const { return health_; }
 
   auto state() const {
-    return std::tuple_cat(path_.state(), std::tie(covariance_, imu_, gyro_bias_, accelerometer_bias_, started_, placed_,
-                                                  grown_us_, grown_from_, aided_, pose_, contradiction_, still_,
-                                                  latest_fix_us_, barometer_, resets_, deviations_));
+    return std::tuple_cat(
+        path_.state(),
+        std::tie(covariance_, imu_, waiting_, gyro_bias_, accelerometer_bias_, started_, placed_, grown_us_,
+                 grown_from_, aided_, pose_, contradiction_, still_, latest_fix_us_, barometer_, resets_, deviations_));
   }
 
  private:
+  /// What has come and is not taken in yet.
+  struct Waiting {
+    std::optional<PoseFix> pose;
+    std::optional<GpsFix> gps;
+    std::optional<BarometerSample> barometer;
+    std::optional<MagnetometerSample> magnetometer;
+    auto state() const { return std::tie(pose, gps, barometer, magnetometer); }
+    bool operator==(const Waiting& o) const { return state() == o.state(); }
+  };
   /// Since when, and until when, something external has agreed.
   struct Aided {
     std::uint64_t since_us = 0, pose_us = 0, satellites_us = 0;
@@ -91,7 +102,10 @@ class Estimator {
 
   // estimator.cpp: the path, its covariance, and poses
   Imu unbiased(const Imu& imu) const;
+  void take_in(bool flying, const Params& params);
   void grow(const Params& params);
+  template <int... N>
+  bool believe(const Params& params, const Observation<N>&... seen);
   void inject(const ErrorVector& found);
   void see(const PoseFix& pose, bool flying, const Params& params);
   void place(const PoseFix& pose, const Vec3& position_variance, const Vec3& attitude_variance);
@@ -103,8 +117,9 @@ class Estimator {
   Estimate estimate(const Imu& imu);
 
   // estimator_outdoors.cpp: satellites, barometer, magnetometer
-  void see_outdoors(const Measurements& measured, const Params& params);
-  void stand(const Measurements& measured);
+  void gather(const Measurements& measured, const Params& params);
+  void begin(bool flying, const Params& params);
+  void stand();
   void place_outdoors(const GpsFix& fix, const Params& params);
   void see(const GpsFix& fix, const Params& params);
   void see(const BarometerSample& sample, const Params& params);
@@ -113,6 +128,7 @@ class Estimator {
   InertialPath path_;
   ErrorCovariance covariance_;
   Imu imu_;  // of the last step, biases and all
+  Waiting waiting_;
   Vec3 gyro_bias_ = Vec3::Zero(), accelerometer_bias_ = Vec3::Zero();
   bool started_ = false;
   bool placed_ = false;         // knows where it is, well or badly
@@ -128,6 +144,18 @@ class Estimator {
   EstimatorHealth health_;
   Vec3 deviations_ = Vec3::Zero();  // attitude, velocity, position
 };
+
+/// Take in what was seen at one instant if all of it is where it may be, given what was before it; else nothing of it.
+template <int... N>
+bool Estimator::believe(const Params& params, const Observation<N>&... seen) {
+  const float gate = params.est_gate * params.est_gate;
+  ErrorCovariance after = covariance_;
+  ErrorVector found = ErrorVector::Zero();
+  if (!((after.fuse(seen, found) < gate) && ...)) return false;
+  covariance_ = after;
+  inject(found);
+  return true;
+}
 
 /// Where the error of now shows in a position measured when the motion was `then`, `age` before `now`.
 Observation<3> late_position(const Motion& then, const Motion& now, float age);

@@ -37,29 +37,34 @@ Quat levelling(const Vec3& up_B) {
 
 }  // namespace
 
-void Estimator::see_outdoors(const Measurements& measured, const Params& params) {
+/// What is used of what came; of each kind the newest waits.
+void Estimator::gather(const Measurements& measured, const Params& params) {
   const int used = static_cast<int>(params.est_sensors);
-  if (!placed_) {
-    stand(measured);
-    if (measured.gps && (used & kSatelliteFix) != 0) place_outdoors(*measured.gps, params);
-    return;
-  }
-  if (measured.barometer && (used & kPressure) != 0) see(*measured.barometer, params);
+  if (measured.pose) waiting_.pose = measured.pose;
+  if (measured.barometer && (used & kPressure) != 0) waiting_.barometer = measured.barometer;
   if (aided_.by_pose) return;
-  if (measured.gps && (used & kSatelliteFix) != 0) see(*measured.gps, params);
-  if (measured.magnetometer && (used & kField) != 0) see(*measured.magnetometer, params);
+  if (measured.gps && (used & kSatelliteFix) != 0) waiting_.gps = measured.gps;
+  if (measured.magnetometer && (used & kField) != 0) waiting_.magnetometer = measured.magnetometer;
+}
+
+/// Not placed yet: by a pose at once, else by satellites once it has stood still.
+void Estimator::begin(bool flying, const Params& params) {
+  if (waiting_.pose) see(*waiting_.pose, flying, params);
+  if (!placed_) stand();
+  if (!placed_ && waiting_.gps) place_outdoors(*waiting_.gps, params);
+  waiting_ = {};
 }
 
 /// While it does not move, the accelerometer shows up, the gyro its bias, the magnetometer north.
-void Estimator::stand(const Measurements& measured) {
+void Estimator::stand() {
   const bool still = imu_.w_WB_B.norm() < kStillRate && std::abs(imu_.specific_force_B.norm() - kGravity) < kStillForce;
   if (!still) still_ = {};
   ++still_.samples;
   still_.specific_force_B += imu_.specific_force_B;
   still_.rate_B += imu_.w_WB_B;
-  if (measured.magnetometer && measured.magnetometer->field_B.allFinite()) {
+  if (waiting_.magnetometer && waiting_.magnetometer->field_B.allFinite()) {
     ++still_.fields;
-    still_.field_B += measured.magnetometer->field_B.normalized();
+    still_.field_B += waiting_.magnetometer->field_B.normalized();
   }
   if (still_.samples < 4 * kStillSamples) return;
   still_.samples /= 2;  // forget slowly
@@ -110,13 +115,7 @@ void Estimator::see(const GpsFix& fix, const Params& params) {
   Observation<3> velocity = late_velocity(*believed, path_.now(), age);
   velocity.innovation = fix.v_WB - believed->v_WB;
   velocity.variance.setConstant(given(fix.speed_deviation, params.est_gps_speed_deviation));
-  const float gate = square(params.est_gate);
-  const Weighed<3> weighed = covariance_.weigh(velocity);
-  if (weighed.distance2 < gate && covariance_.weigh(position).distance2 < gate) {
-    ErrorVector found = ErrorVector::Zero();
-    covariance_.fuse(velocity, weighed, found);
-    covariance_.fuse(position, covariance_.weigh(position), found);
-    inject(found);
+  if (believe(params, velocity, position)) {
     return agreed(aided_.satellites_us, fix.t_us, aided_.by_satellites);
   }
   ++health_.rejected;
@@ -151,17 +150,10 @@ void Estimator::see(const BarometerSample& sample, const Params& params) {
   height.axis = 2;
   height.innovation(0) = off;
   height.variance(0) = noise + barometer_.variance;
-  const Weighed<1> weighed = covariance_.weigh(height);
-  const bool agrees = weighed.distance2 < square(params.est_gate);
+  if (!aided_.by_pose && !believe(params, height)) return;
   const float gain = barometer_.variance / (barometer_.variance + height_variance + noise);
-  if (agrees || aided_.by_pose) {
-    barometer_.offset += gain * off;
-    barometer_.variance *= 1.F - gain;
-  }
-  if (!agrees || aided_.by_pose) return;
-  ErrorVector found = ErrorVector::Zero();
-  covariance_.fuse(height, weighed, found);
-  inject(found);
+  barometer_.offset += gain * off;
+  barometer_.variance *= 1.F - gain;
 }
 
 // The measured field, turned to W as believed, should point to magnetic north: a turn about up, and with an inclined
@@ -178,11 +170,7 @@ void Estimator::see(const MagnetometerSample& sample, const Params& params) {
   heading.innovation(0) = wrapped_angle(-params.est_declination - arctangent2(field_W.y(), field_W.x()));
   heading.variance(0) = square(params.est_magnetometer_deviation);
   heading.attitude << -field_W.x() * field_W.z() / horizontal2, -field_W.y() * field_W.z() / horizontal2, 1.F;
-  const Weighed<1> weighed = covariance_.weigh(heading);
-  if (!(weighed.distance2 < square(params.est_gate))) return;
-  ErrorVector found = ErrorVector::Zero();
-  covariance_.fuse(heading, weighed, found);
-  inject(found);
+  believe(params, heading);
 }
 
 }  // namespace halfroll

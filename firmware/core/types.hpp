@@ -43,6 +43,8 @@ struct PoseFix {
   Vec3 position_deviation = Vec3::Zero();  // [m], along W
   Vec3 attitude_deviation = Vec3::Zero();  // [rad], about W
   std::uint8_t resets = 0;                 // of the source's own origin, counted by the source
+  auto state() const { return std::tie(t_us, p_WB, q_WB, position_deviation, attitude_deviation, resets); }
+  bool operator==(const PoseFix& o) const { return state() == o.state(); }
 };
 
 /// A satellite fix, already in W.
@@ -53,18 +55,26 @@ struct GpsFix {
   float horizontal_deviation = 0.F;  // [m]
   float vertical_deviation = 0.F;    // [m]
   float speed_deviation = 0.F;       // [m/s]
+  auto state() const {
+    return std::tie(t_us, p_WB, v_WB, horizontal_deviation, vertical_deviation, speed_deviation);
+  }
+  bool operator==(const GpsFix& o) const { return state() == o.state(); }
 };
 
 /// Height by pressure: right up to an offset that wanders slowly with the weather.
 struct BarometerSample {
   std::uint64_t t_us = 0;
   float height = 0.F;  // [m] above the local origin
+  auto state() const { return std::tie(t_us, height); }
+  bool operator==(const BarometerSample& o) const { return state() == o.state(); }
 };
 
 /// The earth's field, in any unit: only its direction counts.
 struct MagnetometerSample {
   std::uint64_t t_us = 0;
   Vec3 field_B = Vec3::Zero();
+  auto state() const { return std::tie(t_us, field_B); }
+  bool operator==(const MagnetometerSample& o) const { return state() == o.state(); }
 };
 
 /// All that the sensors say in one millisecond.

@@ -1,12 +1,10 @@
 // The world as Python holds it: a model and the state.
 #pragma once
-#include "bindings.hpp"
+#include "recording.hpp"
 #include "sim/sitl/scenario_file.hpp"
 #include "sim/world.hpp"
 
 namespace halfroll::bindings {
-
-using FloatRows = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 class BoundWorld {
  public:

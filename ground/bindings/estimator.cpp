@@ -1,7 +1,9 @@
 // The estimator by itself for Python: what the oracle is compared with.
 #include "core/estimator.hpp"
 
-#include "bindings.hpp"
+#include <algorithm>
+
+#include "recording.hpp"
 
 namespace halfroll::bindings {
 namespace {
@@ -18,6 +20,18 @@ class BoundEstimator {
     t_us_ += kStepUs;
     return estimate;
   }
+  /// Positions (N, 3).
+  py::array_t<float> step_many(const FloatRows& imu, const std::optional<FloatRows>& poses, bool flying) {
+    const Recording recording(imu, poses);
+    py::array_t<float> positions({recording.size(), py::ssize_t{3}});
+    float* position = positions.mutable_data();
+    py::gil_scoped_release release;
+    for (py::ssize_t i = 0; i < recording.size(); ++i, position += 3, t_us_ += kStepUs) {
+      const Vec3 p_WB = estimator_.step(t_us_, recording.at(i, t_us_), flying, params_).p_WB;
+      std::copy(p_WB.begin(), p_WB.end(), position);
+    }
+    return positions;
+  }
   const Estimator& estimator() const { return estimator_; }
 
  private:
@@ -33,10 +47,12 @@ void bind_estimator(py::module_& m) {
       .def(py::init<const Params&>(), "params"_a)
       .def("step", &BoundEstimator::step, "w_WB_B"_a, "specific_force_B"_a, "pose"_a = std::nullopt, py::kw_only(),
            "flying"_a = true, "Advance 1 ms: gyro [rad/s], accelerometer [m/s^2], perhaps a pose -> Estimate.")
+      .def("step_many", &BoundEstimator::step_many, "imu"_a, "poses"_a = std::nullopt, py::kw_only(), "flying"_a = true,
+           "N steps: imu (N, 6), poses (N, 7) or None (NaN rows: none) -> positions (N, 3) [m].")
       .def_property_readonly(
           "covariance", [](const BoundEstimator& e) { return e.estimator().covariance().matrix(); },
-          "(15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and after a "
-          "measurement it is that of now.")
+          "(15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and when a "
+          "measurement has been taken in it is that of now.")
       .def_property_readonly("gyro_bias", [](const BoundEstimator& e) { return e.estimator().gyro_bias(); })
       .def_property_readonly("accelerometer_bias",
                              [](const BoundEstimator& e) { return e.estimator().accelerometer_bias(); })

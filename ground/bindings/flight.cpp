@@ -1,6 +1,5 @@
 // The autopilot for Python: one step, many steps, and the bytes of its links.
 #include <atomic>
-#include <cmath>
 #include <set>
 #include <thread>
 
@@ -75,31 +74,15 @@ class BoundAutopilot {
     return packets(out);
   }
 
-  /// imu (N, 6): rate, specific force; poses (N, 7): position, quaternion, NaN where none came; thrusts (N, 4).
-  py::array_t<float> step_many(
-      const py::array_t<float, py::array::c_style | py::array::forcecast>& imu,
-      const std::optional<py::array_t<float, py::array::c_style | py::array::forcecast>>& poses) {
-    if (imu.ndim() != 2 || imu.shape(1) != 6) throw py::value_error("imu must have shape (N, 6)");
-    if (poses && (poses->ndim() != 2 || poses->shape(1) != 7 || poses->shape(0) != imu.shape(0))) {
-      throw py::value_error("poses must have shape (N, 7), a row for each row of imu");
-    }
-    const py::ssize_t steps = imu.shape(0);
-    py::array_t<float> thrusts({steps, py::ssize_t{4}});
-    const float* sample = imu.data();
-    const float* pose = poses ? poses->data() : nullptr;
+  /// Rotor thrusts (N, 4).
+  py::array_t<float> step_many(const FloatRows& imu, const std::optional<FloatRows>& poses) {
+    const Recording recording(imu, poses);
+    py::array_t<float> thrusts({recording.size(), py::ssize_t{4}});
     float* thrust = thrusts.mutable_data();
     py::gil_scoped_release release;
     Inputs in;
-    for (py::ssize_t i = 0; i < steps; ++i, sample += 6, thrust += 4) {
-      in.measured.imu = {Vec3(sample), Vec3(sample + 3)};
-      in.measured.pose.reset();
-      if (pose != nullptr && !std::isnan(pose[7 * i])) {
-        const float* p = pose + 7 * i;
-        in.measured.pose.emplace();
-        in.measured.pose->t_us = autopilot_.t_us() + 1000;
-        in.measured.pose->p_WB = Vec3(p);
-        in.measured.pose->q_WB = {p[3], p[4], p[5], p[6]};
-      }
+    for (py::ssize_t i = 0; i < recording.size(); ++i, thrust += 4) {
+      in.measured = recording.at(i, autopilot_.t_us() + kStepUs);
       const Outputs out = autopilot_.step(in);
       std::copy(out.rotors.thrust.begin(), out.rotors.thrust.end(), thrust);
     }

@@ -321,13 +321,17 @@ class Estimator:
         """
         Advance 1 ms: gyro [rad/s], accelerometer [m/s^2], perhaps a pose -> Estimate.
         """
+    def step_many(self, imu: typing.Annotated[numpy.typing.ArrayLike, numpy.float32], poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None, *, flying: bool = True) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        N steps: imu (N, 6), poses (N, 7) or None (NaN rows: none) -> positions (N, 3) [m].
+        """
     @property
     def accelerometer_bias(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
         ...
     @property
     def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[15, 15]"]:
         """
-        (15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and after a measurement it is that of now.
+        (15, 15) of attitude error in W, velocity, position, gyro bias, accelerometer bias; every 10 ms and when a measurement has been taken in it is that of now.
         """
     @property
     def gyro_bias(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:

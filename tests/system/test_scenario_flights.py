@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from system.processes import MISSIONS, halfroll
+from system.processes import EXAMPLES, MISSIONS, halfroll
 
 COURSE_D = ((0, 0, 1), (2, 1, 2), (4, -1, 1), (6, 1, 2.5), (8, -1, 1), (10, 0, 1.5))
 
@@ -52,3 +52,16 @@ def test_a_mission_on_the_map_is_flown_by_satellites_without_motion_capture(tmp_
     assert flown.json["result"] == "flown", flown.err
     print(f"outdoor: waypoint miss {flown.json['waypoint_miss_max_m']:.2f} m, rms {flown.json['tracking_rms_m']:.2f} m")
     assert flown.json["waypoint_miss_max_m"] < 2.0
+
+
+@pytest.mark.long
+def test_a_mission_is_flown_through_a_weak_rotor_and_motion_capture_that_vanishes_and_freezes(tmp_path: Path) -> None:
+    misses, rms = [], []
+    for seed in ("1", "2", "3"):
+        words = ("--scenario", "faults", "--seed", seed, "--json", "--out", tmp_path / seed)
+        flown = halfroll("fly", EXAMPLES / "first_flight.plan", *words)
+        assert flown.json["result"] == "flown", flown.err
+        misses.append(flown.json["waypoint_miss_max_m"])
+        rms.append(flown.json["tracking_rms_m"])
+    print(f"faults: waypoint miss {np.round(misses, 3)} m, rms {np.round(rms, 3)} m")
+    assert max(misses) < 0.3

@@ -184,8 +184,8 @@ TEST_CASE(
   CHECK(valid_at[100]);
   CHECK(valid_at[989]);
   CHECK(!valid_at[991]);
-  CHECK(!valid_at[1599]);
-  CHECK(valid_at[1600]);
+  CHECK(!valid_at[1600]);  // the first pose of the second row was taken in at 1501
+  CHECK(valid_at[1601]);
 }
 
 TEST_CASE("poses and samples that make no sense change nothing") {

@@ -359,7 +359,7 @@ TEST_CASE("halving the substep of a whole flight in moving air divides its error
   air.effects.drag = air.effects.inflow = air.effects.rotor_drag = true;
   const Model model(plant, air);
   Surroundings around;
-  around.blades = blade_sums(model, {1, 1, 1, 1});
+  around.air = air_coefficients(model, {1, 1, 1, 1});
   around.wind_W = {2, 1, 0};
   const auto flown = [&](double h) {
     RigidBody body;
