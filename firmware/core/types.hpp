@@ -55,9 +55,7 @@ struct GpsFix {
   float horizontal_deviation = 0.F;  // [m]
   float vertical_deviation = 0.F;    // [m]
   float speed_deviation = 0.F;       // [m/s]
-  auto state() const {
-    return std::tie(t_us, p_WB, v_WB, horizontal_deviation, vertical_deviation, speed_deviation);
-  }
+  auto state() const { return std::tie(t_us, p_WB, v_WB, horizontal_deviation, vertical_deviation, speed_deviation); }
   bool operator==(const GpsFix& o) const { return state() == o.state(); }
 };
 
