@@ -80,6 +80,8 @@ def loop_figures() -> list[dict[str, object]]:
     figures.append(("firmware_step_ns", firmware / steps * 1e9, "ns"))
     figures.append(("firmware_step_without_estimator_ns", (firmware - estimator) / steps * 1e9, "ns"))
     figures.append(("estimator_step_ns", estimator / steps * 1e9, "ns"))
+    batch = seconds(lambda: autopilot.copy().step_many(imu, poses))
+    figures.append(("python_batch_step_ns", batch / steps * 1e9, "ns"))
     figures.append(("python_step_us", seconds(single) / 2000 * 1e6, "us"))
     figures.append(("batch_scaling_2_threads_x", batch_scaling(), "x"))
     return [{"name": name, "value": value, "unit": unit} for name, value, unit in figures]
