@@ -5,6 +5,9 @@ target_compile_options(halfroll_flags INTERFACE -Wall -Wextra -Wpedantic -Wshado
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(halfroll_flags INTERFACE -Wno-maybe-uninitialized)  # GCC sees ghosts in empty std::optionals
 endif()
+if(CMAKE_CROSSCOMPILING)
+  target_compile_options(halfroll_flags INTERFACE -fcallgraph-info=su)  # who calls whom, and the stack each takes: tests/hil/stack_depth.py
+endif()
 target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_MALLOC)
 if(HALFROLL_SANITIZE)
   target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -266,8 +266,8 @@ def hil(
 ) -> None:
     """Hardware in the loop: the simulated world around a board at a serial port; other options as of sitl.
 
-    In real time each millisecond needs 300 bytes there and back within it: 4 Mbaud, and a driver that hands bytes on
-    within 0.2 ms (latency_timer 0 or 1 ms does not do). Slower lines fly with --lockstep, or --speed 0.1.
+    In each millisecond 60 to 120 bytes go there and 170 come back: real time wants 4 Mbaud and drivers that take less
+    than 0.4 ms together. Slower lines fly with --lockstep, or --speed 0.1.
     """
     with _errors_for_people(as_json=False):
         from halfroll.simulator import arguments, executable

@@ -66,6 +66,7 @@ void Simulation::run() {
     step(!lockstep);
     if (rebooting_) reboot();
     if (lockstep && firmware_->shown().t_us % kReferenceUs == 0) ground = wait_for_ground();
+    if (rebooting_) reboot();
   }
   board_report_ = firmware_->finish();
   if (log_ && !log_->finish(commands_sha256())) {
@@ -100,7 +101,7 @@ Simulation::Ground Simulation::wait_for_ground() {
   while (!ending()) {
     const LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
     carry(firmware_->service(in));
-    if (rebooting_) return Ground::kAnswered;  // of the clock that has begun again
+    if (rebooting_) return Ground::kAnswered;  // nobody will: the question went with the clock
     if (firmware_->shown().time_answered) {
       ground_seen_ = true;
       return Ground::kAnswered;

@@ -13,7 +13,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from halfroll.boards import EMULATED
 from hil.flights import flip_flight, mission_flight, sizes
+from hil.stack_depth import deepest_chain
 
 FLIP_S = 75.0
 
@@ -40,6 +42,7 @@ def main() -> int:
                 "worst_instructions": max(each["worst_instructions"] for each in both),
                 "late_steps": sum(each["late_steps"] for each in both),
                 "stack_bytes": max(each["stack_bytes"] for each in both),
+                "stack_chain_bytes": deepest_chain(EMULATED[board].image.parent)[0],
                 **sizes(board),
                 "commands_sha256": mission.commands_sha256,
             }

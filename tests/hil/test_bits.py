@@ -35,8 +35,7 @@ def test_more_than_a_minute_with_flips_differs_in_no_bit(board: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("board", ["qemu-m4", "qemu-m7", "python"])
-def test_a_mission_flown_on_a_board_has_the_hash_of_the_flight_in_the_simulator(board: str, tmp_path: Path) -> None:
-    here, there = mission_flight(None, tmp_path), mission_flight(board, tmp_path)
+def test_a_mission_flown_on_a_board_has_the_hash_of_the_flight_in_the_simulator(tmp_path: Path) -> None:
+    here, there = mission_flight(None, tmp_path), mission_flight("qemu-m4", tmp_path)
     assert there.commands_sha256 == here.commands_sha256
     _is_the_same(there, 10000)

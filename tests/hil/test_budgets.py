@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from halfroll.boards import EMULATED
 from hil.flights import Report, sizes
+from hil.stack_depth import deepest_chain
 
 PAGE = Path(__file__).parents[2] / "docs" / "hil.md"
-COLUMNS = ("flash", "ram", "stack", "median", "p999", "worst")
+COLUMNS = ("flash", "ram", "stack", "chain", "median", "p999", "worst")
 TICK = 125000  # instructions of the emulated processor in a millisecond
 
 
@@ -37,7 +39,9 @@ def test_a_step_takes_what_the_table_says(short_flip: Report) -> None:
 def test_the_stack_never_comes_near_its_end(short_flip: Report) -> None:
     used = short_flip.figures["stack_bytes"]
     assert 0 < used <= 1.1 * documented("qemu-m4")["stack"]
-    assert used < sizes("qemu-m4")["stack_reserved_bytes"] / 2
+    deepest, chain = deepest_chain(EMULATED["qemu-m4"].image.parent)
+    assert deepest == pytest.approx(documented("qemu-m4")["chain"], rel=0.1), chain
+    assert used + deepest < sizes("qemu-m4")["stack_reserved_bytes"]
 
 
 def test_every_step_ends_within_its_millisecond(short_flip: Report) -> None:
