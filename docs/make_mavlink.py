@@ -171,7 +171,7 @@ def text() -> str:
         "mission only": ", ".join(str(number) for number in MISSION_ONLY),
         "commands": table(["number", "command", "effect"], command_rows()),
         "messages": ", ".join(understood_messages()),
-        "streams": table(["message", "A [Hz]", "B [Hz]"], stream_rows()),
+        "streams": table(["message", "A [Hz]", "B [Hz]", "C [Hz]"], stream_rows()),
         "items": table(["item", "p1", "p2", "p3", "p4", "on board"], item_rows()),
         "passed over": passed_over(),
     }

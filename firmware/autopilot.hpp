@@ -240,7 +240,7 @@ class Autopilot : private MissionItems {
   link::Text<50> last_words_;
   bool shut_down_ = false, reboot_ = false;
   /// What the verdict on the stored mission hangs on: revision, home, origin and parameters.
-  using MissionDatum = std::tuple<std::uint32_t, Vec3, link::Origin, float, float, float, float>;
+  using MissionDatum = std::tuple<std::uint32_t, Vec3, link::Origin, float, float, float, float, float, float, float>;
   std::optional<MissionDatum> mission_judged_at_;
   bool mission_flyable_ = false;
   link::Text<50> problem_;  // of the stored mission, in words

@@ -122,6 +122,9 @@ struct Autopilot::Applying {
     const Vec3 from_home = to - self.home_position();
     if (self.inverted_ && from_home.z() < self.params_.inverted_height_min) return not_now("inverted, too low");
     if (from_home.norm() > kRepositionFarthest || from_home.z() < 0.F) return kNo;
+    if (anything && fence_forbids(from_home.head<2>().norm(), from_home.z(), self.params_)) {
+      return not_now("outside the fence");
+    }
     const CommandResult result = self.change_mode(Mode::kHold, requester(header));
     if (result != kDone) return result;
     self.stopping_ = !anything;

@@ -276,7 +276,10 @@ const char* Autopilot::mission_problem(bool aloud) {
                            params_.mission_first_distance_max,
                            params_.mission_altitude_max,
                            params_.takeoff_altitude,
-                           params_.mission_seq0_home};
+                           params_.mission_seq0_home,
+                           params_.fence_distance,
+                           params_.fence_height,
+                           params_.fence_action};
   if (aloud || !(mission_judged_at_ == datum)) {
     const char* why = judge_mission(aloud);
     mission_flyable_ = why == nullptr;
@@ -286,7 +289,7 @@ const char* Autopilot::mission_problem(bool aloud) {
   return mission_flyable_ ? nullptr : problem_.c_str();
 }
 
-/// First position too far, or a height below home or above the limit.
+/// First position too far, a height below home or above the limit, or a place outside the fence.
 const char* Autopilot::judge_mission(bool aloud) {
   if (count() == 0) return "no mission stored";
   const Vec3 home = home_position();
@@ -309,6 +312,10 @@ const char* Autopilot::judge_mission(bool aloud) {
       problem_ = Sentence("item ", seq, " is ", static_cast<int>(distance * 1e-3F), " km away").text();
     }
     if (too_far || too_low || too_high) return problem_.c_str();
+    if (fence_forbids(flown.has_position ? distance : 0.F, high_matters ? height : 0.F, params_)) {
+      problem_ = Sentence("item ", seq, " is outside the fence").text();
+      return problem_.c_str();
+    }
     first_position = first_position && !flown.has_position;
   }
   return nullptr;

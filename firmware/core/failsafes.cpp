@@ -93,6 +93,11 @@ const std::array<FailsafeRow, kFailsafeCount> kFailsafes = {{
      [](const In& in, const Params&) { return !in.offboard_lost; }, at_once, offboard_action},
 }};
 
+bool fence_forbids(float distance, float height, const Params& p) {
+  return fence_action(p) > FailsafeAction::kWarn &&
+         (beyond(distance, p.fence_distance) || beyond(height, p.fence_height));
+}
+
 Failsafes::Change Failsafes::step(const FailsafeInputs& in, float dt, const Params& params) {
   Change change;
   for (std::size_t i = 0; i < kFailsafeCount; ++i) {

@@ -52,6 +52,9 @@ struct FailsafeRow {
 };
 extern const std::array<FailsafeRow, kFailsafeCount> kFailsafes;
 
+/// Whether a place that far from home, and that high above it, may not be chosen: beyond a fence that would act there.
+bool fence_forbids(float distance, float height, const Params& params);
+
 class Failsafes {
  public:
   /// Rows that began or ended in this tick, bit n for row n of kFailsafes.

@@ -6,7 +6,7 @@
 
 namespace halfroll::link {
 
-inline constexpr int kLinkCount = 2;            // 0: A, offboard; 1: B, ground control stations
+inline constexpr int kLinkCount = 3;            // 0: A, offboard; 1: B, ground control stations; 2: C, companion
 inline constexpr std::uint8_t kEveryone = 255;  // all endpoints of a link
 inline constexpr std::uint8_t kAllLinks = 255;
 

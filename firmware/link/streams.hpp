@@ -14,29 +14,29 @@ struct StreamRow {
 };
 /// In sending order; 0 Hz: on interval or request only. Others than these cannot be asked for.
 inline constexpr StreamRow kStreams[] = {
-    {msg::kHeartbeat, {1.F, 1.F}},
-    {msg::kAttitudeQuaternion, {100.F, 10.F}},
-    {msg::kLocalPosition, {100.F, 5.F}},
-    {msg::kAttitudeTarget, {50.F, 5.F}},
-    {msg::kAttitude, {0.F, 10.F}},
-    {msg::kGlobalPositionInt, {10.F, 5.F}},
-    {msg::kSysStatus, {2.F, 2.F}},
-    {msg::kExtendedSysState, {5.F, 2.F}},
-    {msg::kGpsRawInt, {2.F, 2.F}},
-    {msg::kVfrHud, {0.F, 4.F}},
-    {msg::kBatteryStatus, {1.F, 1.F}},
-    {msg::kHomePosition, {0.5F, 0.5F}},
-    {msg::kGpsGlobalOrigin, {0.2F, 0.2F}},
-    {msg::kMissionCurrent, {2.F, 2.F}},
-    {msg::kSystemTime, {1.F, 1.F}},
-    {msg::kCurrentMode, {0.5F, 0.5F}},
-    {msg::kAvailableModesMonitor, {0.2F, 0.2F}},
-    {msg::kActuatorOutputStatus, {0.F, 0.F}},
-    {msg::kAutopilotVersion, {0.F, 0.F}},
-    {msg::kAvailableModes, {0.F, 0.F}},
-    {msg::kOdometry, {0.F, 0.F}},
-    {msg::kHighresImu, {0.F, 0.F}},
-    {msg::kAltitude, {0.F, 0.F}},
+    {msg::kHeartbeat, {1.F, 1.F, 1.F}},
+    {msg::kAttitudeQuaternion, {100.F, 10.F, 50.F}},
+    {msg::kLocalPosition, {100.F, 5.F, 50.F}},
+    {msg::kAttitudeTarget, {50.F, 5.F, 0.F}},
+    {msg::kAttitude, {0.F, 10.F, 0.F}},
+    {msg::kGlobalPositionInt, {10.F, 5.F, 10.F}},
+    {msg::kSysStatus, {2.F, 2.F, 2.F}},
+    {msg::kExtendedSysState, {5.F, 2.F, 2.F}},
+    {msg::kGpsRawInt, {2.F, 2.F, 0.F}},
+    {msg::kVfrHud, {0.F, 4.F, 0.F}},
+    {msg::kBatteryStatus, {1.F, 1.F, 1.F}},
+    {msg::kHomePosition, {0.5F, 0.5F, 0.5F}},
+    {msg::kGpsGlobalOrigin, {0.2F, 0.2F, 0.2F}},
+    {msg::kMissionCurrent, {2.F, 2.F, 2.F}},
+    {msg::kSystemTime, {1.F, 1.F, 1.F}},
+    {msg::kCurrentMode, {0.5F, 0.5F, 0.5F}},
+    {msg::kAvailableModesMonitor, {0.2F, 0.2F, 0.2F}},
+    {msg::kActuatorOutputStatus, {0.F, 0.F, 0.F}},
+    {msg::kAutopilotVersion, {0.F, 0.F, 0.F}},
+    {msg::kAvailableModes, {0.F, 0.F, 0.F}},
+    {msg::kOdometry, {0.F, 0.F, 0.F}},
+    {msg::kHighresImu, {0.F, 0.F, 0.F}},
+    {msg::kAltitude, {0.F, 0.F, 0.F}},
 };
 inline constexpr std::size_t kStreamCount = sizeof(kStreams) / sizeof(kStreams[0]);
 
@@ -46,7 +46,7 @@ class Streams {
 
   /// Whether step() has a stream to send in the step that ended at t_us.
   bool due(std::uint64_t t_us) const { return t_us >= *std::min_element(next_due_us_.begin(), next_due_us_.end()); }
-  /// Send all that is due in the step that ended at status.t_us, on both links, and what has changed. Whenever due()
+  /// Send all that is due in the step that ended at status.t_us, on all links, and what has changed. Whenever due()
   /// says so and at least every 100 ms, before any TIMESYNC request.
   void step(const VehicleStatus& status, Outbox&);
   /// Send what has changed since last shown: heartbeat and mode, landed state, home, origin, mission. In step and in

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from halfroll.plan import Plan
 
 OFFBOARD_PORT, GCS_PORT = 14540, 14550  # ours; the simulator's own are
-SITL_OFFBOARD_PORT, SITL_GCS_PORT = 14580, 18570
+SITL_OFFBOARD_PORT, SITL_GCS_PORT, SITL_COMPANION_PORT = 14580, 18570, 14280
 INSTANCES = range(10)  # 14540 + 10 would be the GCS's port
 _POLL_S = 0.05
 _ENDS_WITHIN_S = 3.0
@@ -305,11 +305,11 @@ class _Watch:
 
 
 def _ports(instance: int | None) -> tuple[int, tuple[socket, socket]]:
-    """An instance whose four ports are free, and our two of them, held. Raises PortInUse."""
+    """An instance whose ports are free, and our two of them, held. Raises PortInUse."""
     for number in INSTANCES if instance is None else [instance]:
         held: list[socket] = []
         try:
-            for port in (OFFBOARD_PORT, GCS_PORT, SITL_OFFBOARD_PORT, SITL_GCS_PORT):
+            for port in (OFFBOARD_PORT, GCS_PORT, SITL_OFFBOARD_PORT, SITL_GCS_PORT, SITL_COMPANION_PORT):
                 held.append(bound_socket(port + number))
         except PortInUse:
             for each in held:

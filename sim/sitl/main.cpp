@@ -48,9 +48,12 @@ int fly(const Options& options) {
   if (options.bind != "127.0.0.1") {
     complain(0, "warning: listening on " + options.bind + ", anybody who reaches it can fly this vehicle");
   }
-  std::printf("halfroll-sitl: ready, offboard udp %d -> %d, gcs udp %d -> %d, vehicle %s, scenario %s, seed %llu\n",
-              options.port_offboard, options.peer_offboard, options.port_gcs, options.peer_gcs, options.vehicle.c_str(),
-              options.scenario_called.c_str(), static_cast<unsigned long long>(options.seed));
+  std::printf(
+      "halfroll-sitl: ready, offboard udp %d -> %d, gcs udp %d -> %d, companion udp %d -> %d, vehicle %s, scenario %s, "
+      "seed %llu\n",
+      options.port_offboard, options.peer_offboard, options.port_gcs, options.peer_gcs, options.port_companion,
+      options.peer_companion, options.vehicle.c_str(), options.scenario_called.c_str(),
+      static_cast<unsigned long long>(options.seed));
   std::fflush(stdout);
   simulation.run();
   std::printf("halfroll-sitl: flew %.3f s of vehicle time, commands_sha256 %s\n", simulation.flown_s(),
@@ -71,7 +74,7 @@ int main(int argc, char** argv) {
   } catch (const halfroll::host::PortInUse& taken) {
     return complain(kLost, std::string(taken.what()) +
                                ", perhaps by another halfroll-sitl: start this one with --instance 1, or give "
-                               "another --port-offboard or --port-gcs");
+                               "another --port-offboard, --port-gcs or --port-companion");
   } catch (const halfroll::host::BoardLost& lost) {
     return complain(kLost, lost.what());
   } catch (const std::exception& wrong) {

@@ -16,7 +16,7 @@ constexpr int kPortsByInstance = 9;  // 14540 + 10 would be the GCS's port
 
 struct Given {  // what has defaults that depend on other options
   std::optional<double> speed;
-  std::optional<std::uint16_t> port_offboard, peer_offboard, port_gcs, peer_gcs;
+  std::optional<std::uint16_t> port_offboard, peer_offboard, port_gcs, peer_gcs, port_companion, peer_companion;
 };
 
 struct Row {
@@ -74,7 +74,7 @@ void take_signing(Options& o, const std::string& text) {
     const std::string word = rest.substr(0, rest.find(','));
     const auto* found = std::find(kPolicies.begin(), kPolicies.end(), word);
     if (found == kPolicies.end()) {
-      throw BadOption("--signing " + text + ": write off, require, accept or trusted, for both links or as A,B");
+      throw BadOption("--signing " + text + ": write off, require, accept or trusted, for all links or as A,B,C");
     }
     policy = static_cast<link::SigningPolicy>(found - kPolicies.begin());
     if (rest.size() > word.size()) rest = rest.substr(word.size() + 1);
@@ -127,7 +127,7 @@ const std::vector<Row>& rows() {
       {"origin", "LAT,LON,ALT", "local origin, degrees and metres (47.397742,8.545594,488)",
        [](Options& o, Given&, S s) { take_origin(o, s); }},
       {"storage", "DIR", "keep parameters and mission here (nowhere)", [](Options& o, Given&, S s) { o.storage = s; }},
-      {"signing", "POLICY", "of links A,B: off, require, accept, trusted (off)",
+      {"signing", "POLICY", "of links A,B,C: off, require, accept, trusted (off)",
        [](Options& o, Given&, S s) { take_signing(o, s); }},
       {"signing-key", "FILE", "key for --signing, 64 hexadecimal digits (none)",
        [](Options& o, Given&, S s) { take_signing_key(o, s); }},
@@ -147,6 +147,10 @@ const std::vector<Row>& rows() {
        [](Options&, Given& g, S s) { g.port_gcs = port("--port-gcs", s); }},
       {"peer-gcs", "PORT", "its default peer (14550 + N)",
        [](Options&, Given& g, S s) { g.peer_gcs = port("--peer-gcs", s); }},
+      {"port-companion", "PORT", "our port of the companion link (14280 + N)",
+       [](Options&, Given& g, S s) { g.port_companion = port("--port-companion", s); }},
+      {"peer-companion", "PORT", "its default peer (14030 + N)",
+       [](Options&, Given& g, S s) { g.peer_companion = port("--peer-companion", s); }},
       {"bind", "ADDRESS", "listen here (127.0.0.1)", [](Options& o, Given&, S s) { o.bind = s; }},
       {"duration", "S", "stop after so many seconds of vehicle time (never)",
        [](Options& o, Given&, S s) { o.duration = number("--duration", s, 0, 1e9); }},
@@ -164,16 +168,19 @@ const Row& find_row(const std::string& name) {
 }
 
 void settle_ports(Options& o, const Given& g) {
-  const bool all_given = g.port_offboard && g.peer_offboard && g.port_gcs && g.peer_gcs;
+  const bool all_given =
+      g.port_offboard && g.peer_offboard && g.port_gcs && g.peer_gcs && g.port_companion && g.peer_companion;
   if (o.instance > kPortsByInstance && !all_given) {
     throw BadOption("--instance " + std::to_string(o.instance) +
-                    " is above 9: give --port-offboard, --peer-offboard, --port-gcs and --peer-gcs yourself");
+                    " is above 9: give --port-NAME and --peer-NAME of offboard, gcs and companion yourself");
   }
   const auto shifted = [&](int port0) { return static_cast<std::uint16_t>(port0 + o.instance); };
   o.port_offboard = g.port_offboard.value_or(shifted(14580));
   o.peer_offboard = g.peer_offboard.value_or(shifted(14540));
   o.port_gcs = g.port_gcs.value_or(shifted(18570));
   o.peer_gcs = g.peer_gcs.value_or(shifted(14550));
+  o.port_companion = g.port_companion.value_or(shifted(14280));  // PX4's second onboard link
+  o.peer_companion = g.peer_companion.value_or(shifted(14030));
 }
 
 }  // namespace

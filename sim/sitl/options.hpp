@@ -28,7 +28,8 @@ struct Options {
   std::string board, board_port;  // command of a board, or its serial port; empty: the firmware flies in this process
   bool board_beside = false;      // and in this process, too, to compare every bit
   std::uint16_t port_offboard = 0, peer_offboard = 0, port_gcs = 0, peer_gcs = 0;
-  std::array<link::SigningPolicy, link::kLinkCount> signing = {};  // link A, link B
+  std::uint16_t port_companion = 0, peer_companion = 0;
+  std::array<link::SigningPolicy, link::kLinkCount> signing = {};  // links A, B, C
   std::optional<link::SigningKey> signing_key;
   std::string bind = "127.0.0.1";
   std::optional<double> duration;  // [s] of vehicle time

@@ -41,7 +41,9 @@ Simulation::Simulation(const Options& options, const VehicleSetup& setup, const 
     : options_(options),
       setup_(setup),
       stop_(stop),
-      links_(options.bind, {{{options.port_offboard, options.peer_offboard}, {options.port_gcs, options.peer_gcs}}}),
+      links_(options.bind, {{{options.port_offboard, options.peer_offboard},
+                             {options.port_gcs, options.peer_gcs},
+                             {options.port_companion, options.peer_companion}}}),
       firmware_(firmware_for(options)),
       model_(setup.plant, options.scenario),
       world_(sim::start(model_, options.seed)) {
@@ -135,7 +137,7 @@ void Simulation::carry(const LinkOutputs& out) {
   for (std::size_t i = 0; i < out.tx_count; ++i) {
     const link::TxFrame& frame = out.tx[i];
     links_.send(frame);
-    if (!log_ || frame.to.link == 1) continue;  // texts go to both links: once is enough
+    if (!log_ || frame.to.link != 0) continue;  // texts go to all links: once is enough
     if (const auto text = said(frame)) log_->say(steps_ * kStepUs, *text);
   }
   shut_down_ = shut_down_ || out.shut_down;

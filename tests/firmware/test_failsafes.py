@@ -69,9 +69,10 @@ def test_the_status_stays_critical_while_the_ground_station_is_lost(hover: Sessi
     [(1, HOLD, WARNING), (2, HOLD, CRITICAL), (3, RETURN, CRITICAL), (5, LAND, CRITICAL)],
 )
 def test_the_fence_acts_when_it_is_crossed(hover: Session, action: int, mode: str, severity: int) -> None:
-    flight = with_params(hover, GF_MAX_HOR_DIST=5.0, GF_ACTION=action)
-    assert flight.last("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
+    flight = hover.copy()
     assert flight.reposition(north=20.0) == 0
+    flight = with_params(flight, GF_MAX_HOR_DIST=5.0, GF_ACTION=action)
+    assert flight.last("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
     flight.run(6000)
     ((_, said, text),) = flight.texts()
     assert said == severity
@@ -88,10 +89,26 @@ def test_the_fence_has_a_ceiling_too_and_is_quiet_inside(hover: Session) -> None
     flight.reposition(height=11.5)
     flight.run(5000)
     assert flight.texts() == []
+    flight.set("GF_MAX_VER_DIST", 30.0)
     flight.reposition(height=20.0)
+    flight.set("GF_MAX_VER_DIST", 12.0)
     flight.run(5000)
     assert [text for _, _, text in flight.texts()] == ["Failsafe: fence, Hold"]
     assert flight.world.p_WB[2] < 15.0
+
+
+@pytest.mark.parametrize("action", [2, 3, 4, 5])
+def test_nobody_is_sent_across_a_fence_that_would_act(hover: Session, action: int) -> None:
+    flight = with_params(hover, GF_MAX_HOR_DIST=15.0, GF_MAX_VER_DIST=12.0, GF_ACTION=action)
+    assert flight.reposition(north=20.0) == 1
+    assert flight.texts()[-1][2] == "Command: outside the fence"
+    assert flight.reposition(height=20.0) == 1
+    assert flight.reposition(north=14.0, height=11.0) == 0
+
+
+@pytest.mark.parametrize("action", [0, 1])
+def test_a_fence_that_only_warns_leaves_the_choice_to_the_user(hover: Session, action: int) -> None:
+    assert with_params(hover, GF_MAX_HOR_DIST=15.0, GF_ACTION=action).reposition(north=20.0) == 0
 
 
 def test_after_a_failsafe_a_user_may_choose_the_mode_again(hover: Session) -> None:

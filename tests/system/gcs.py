@@ -26,13 +26,15 @@ def bits(item: Item) -> tuple[Any, ...]:
 
 
 class Gcs:
-    def __init__(self, instance: int) -> None:
+    """On the link of ground control stations, or between other ports."""
+
+    def __init__(self, instance: int, ours: int = 14550, theirs: int = 18570) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.bind(("127.0.0.1", 14550 + instance))
+        self._socket.bind(("127.0.0.1", ours + instance))
         self._socket.settimeout(0.05)
         self._codec = mav.MAVLink(None, srcSystem=255, srcComponent=190)
         self._codec.robust_parsing = True
-        self._peer = ("127.0.0.1", 18570 + instance)
+        self._peer = ("127.0.0.1", theirs + instance)
         self._target = (1 + instance, 1)
         self.texts: list[str] = []
         self.last: dict[str, Any] = {}  # the latest message of each kind

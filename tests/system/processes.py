@@ -169,8 +169,8 @@ def is_free(port: int) -> bool:
 
 
 def free_instance() -> int:
-    """Of the simulator, with its four ports free. From the top: `fly` takes the lowest."""
-    return next(n for n in range(9, -1, -1) if all(is_free(p + n) for p in (14540, 14550, 14580, 18570)))
+    """Of the simulator, with its ports and those of its peers free. From the top: `fly` takes the lowest."""
+    return next(n for n in range(9, -1, -1) if all(is_free(p + n) for p in (14540, 14550, 14580, 18570, 14280)))
 
 
 @contextlib.contextmanager

@@ -136,7 +136,7 @@ def test_a_command_killed_takes_everything_with_it(flight: Flight) -> None:
     assert flight.left_behind() == {}
 
 
-@pytest.mark.parametrize("link", ["--port-offboard", "--port-gcs"])
+@pytest.mark.parametrize("link", ["--port-offboard", "--port-gcs", "--port-companion"])
 def test_a_simulator_whose_port_is_taken_names_it(link: str) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))

@@ -1,4 +1,4 @@
-// Two UDP sockets as the firmware's two links. Why: the firmware numbers endpoints; addresses live and die here.
+// UDP sockets as the firmware's links. Why: the firmware numbers endpoints; addresses live and die here.
 //
 // Slot 0 of a link is its default peer on loopback. Whoever sends a well-formed frame gets one of slots 1..8 until it
 // has been silent for 30 s; a ninth is not heard. Well-formed means start byte and length; the firmware checks the CRC.
@@ -29,7 +29,7 @@ class UdpLinks {
   static constexpr std::size_t kAtOnce = 64;     // datagrams of a link in one receive()
   static constexpr std::size_t kLongest = 2048;  // bytes
 
-  /// Bind both sockets. Throws PortInUse; std::runtime_error for an address that is not this machine's.
+  /// Bind all sockets. Throws PortInUse; std::runtime_error for an address that is not this machine's.
   UdpLinks(const std::string& bind_address, const std::array<UdpPorts, link::kLinkCount>& ports);
   UdpLinks(const UdpLinks&) = delete;
   UdpLinks& operator=(const UdpLinks&) = delete;

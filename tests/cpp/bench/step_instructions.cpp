@@ -49,13 +49,14 @@ void command(Client& client, std::uint16_t number, float p1, float p2 = 0.F, flo
   client.say(m, mavlink_msg_command_long_encode_status);
 }
 
-/// The flight, and who talks: the ground station's setpoints, a GCS that uploads a mission and one that asks things.
+/// The flight, and who talks, each on a link of its own: the ground station's setpoints, a GCS that uploads a mission
+/// and a companion that asks things.
 struct Flight {
   sitl::VehicleSetup setup = sitl::make_vehicle("mit-vp", {});
   Autopilot autopilot{setup.vehicle, setup.params};
   sim::Model model{setup.plant, sitl::make_scenario("nominal")};
   sim::World world = sim::start(model, 1);
-  Client ground{1, 191, {0, 0}, {}, {}}, uploader{255, 190, {1, 0}, {}, {}}, asker{254, 190, {1, 1}, {}, {}};
+  Client ground{1, 191, {0, 0}, {}, {}}, uploader{255, 190, {1, 0}, {}, {}}, asker{254, 190, {2, 1}, {}, {}};
   std::vector<link::Datagram> rx;
   std::uint16_t item = 0;
   link::StorageResult stored;

@@ -263,10 +263,11 @@ TEST_CASE("frames are numbered per link without gaps") {
   outbox.send({0, 2}, Timesync{1, 2});
   outbox.send(kToAll, Timesync{1, 2});
   outbox.send(everyone_on(1), Timesync{1, 2});
-  std::array<std::vector<int>, 2> numbers;
+  std::array<std::vector<int>, kLinkCount> numbers;
   for (const TxFrame& frame : client::frames(outbox)) numbers[frame.to.link].push_back(client::read(frame).seq);
   CHECK(numbers[0] == std::vector<int>{0, 1});
   CHECK(numbers[1] == std::vector<int>{0, 1});
+  CHECK(numbers[2] == std::vector<int>{0});
 }
 
 TEST_CASE("a full outbox counts what it cannot take") {

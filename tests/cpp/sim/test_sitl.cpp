@@ -133,6 +133,8 @@ TEST_CASE("options have the documented defaults") {
   CHECK(o.peer_offboard == 14540);
   CHECK(o.port_gcs == 18570);
   CHECK(o.peer_gcs == 14550);
+  CHECK(o.port_companion == 14280);
+  CHECK(o.peer_companion == 14030);
   CHECK(o.speed == 1.0);
   CHECK(o.vehicle == "mit-vp");
   CHECK(o.scenario_name == "nominal");
@@ -165,12 +167,12 @@ TEST_CASE("a bad option is refused with its name") {
   CHECK(says(option_complaint({"--identity", "apm"}), "write px4 or generic"));
   CHECK(says(option_complaint({"--origin", "1,2"}), "latitude,longitude,altitude"));
   CHECK(says(option_complaint({"--port-gcs", "70000"}), "outside 0 to 65535"));
-  CHECK(says(option_complaint({"--instance", "10"}), "above 9: give --port-offboard"));
+  CHECK(says(option_complaint({"--instance", "10"}), "above 9: give --port"));
 }
 
 TEST_CASE("instances beyond 9 fly on ports given by hand") {
-  const Options o = parse_options(
-      {"--instance", "10", "--port-offboard", "1", "--peer-offboard", "2", "--port-gcs", "3", "--peer-gcs", "4"});
+  const Options o = parse_options({"--instance", "10", "--port-offboard", "1", "--peer-offboard", "2", "--port-gcs",
+                                   "3", "--peer-gcs", "4", "--port-companion", "5", "--peer-companion", "6"});
   CHECK(o.instance == 10);
   CHECK(o.port_gcs == 3);
 }

@@ -15,7 +15,7 @@ from halfroll import _firmware
 
 dialect: Any = importlib.import_module("halfroll._dialect")
 
-A, B = 0, 1  # links: offboard, ground control stations
+A, B, C = 0, 1, 2  # links: offboard, ground control stations, companion
 EVERYONE = 255  # slot: all endpoints of a link
 NAN, INF = math.nan, math.inf
 INT32_MAX = 2**31 - 1

@@ -1,11 +1,16 @@
-"""Items and missions that the contract's tests send."""
+"""Items and missions that the contract's tests send, and what is read of the answers."""
 
 from __future__ import annotations
 
 import math
 import struct
+from typing import Any
 
-from system.contract.aircraft import ORIGIN_LAT, ORIGIN_LON, Item
+from system.contract.aircraft import ORIGIN_LAT, ORIGIN_LON, B, Client, Item
+
+OK, ERROR, UNSUPPORTED, NO_SPACE, INVALID_SEQUENCE, DENIED, CANCELLED = 0, 1, 3, 4, 13, 14, 15  # MAV_MISSION_RESULT
+P1 = 6  # MAV_MISSION_INVALID_PARAM1
+FENCE, RALLY, ALL = 1, 2, 255  # MAV_MISSION_TYPE
 
 DEGE7_PER_M = 1e7 / 111_195.0  # north; near enough to place things
 
@@ -50,3 +55,16 @@ def bits(each: Item) -> tuple[object, ...]:
     """Comparable in every bit, NaN included."""
     frame, command, autocontinue, params, x, y, z = each
     return frame, command, autocontinue, struct.pack("<5f", *params, z), x, y
+
+
+def other(client: Client) -> Client:
+    """Another ground control station on the same link."""
+    return client.aircraft.client(B, slot=1, system=250)
+
+
+def acks(answers: list[Any]) -> list[int]:
+    return [m.type for m in answers if m.get_type() == "MISSION_ACK"]
+
+
+def kinds(answers: list[Any]) -> list[str]:
+    return [m.get_type() for m in answers]

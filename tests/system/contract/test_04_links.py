@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from system.contract.aircraft import ACCEPTED, NAN, A, Aircraft, B, Client, dialect
+from system.contract.aircraft import ACCEPTED, NAN, A, Aircraft, B, C, Client, dialect
 from system.contract.missions import LINE
 
 # Who asked gets the answer, nobody else.
@@ -47,7 +47,7 @@ ASKS: dict[str, tuple[Callable[[Client], Any], str]] = {
 @pytest.mark.parametrize("what", ASKS)
 def test_an_answer_goes_to_who_asked_alone(grounded: Aircraft, what: str) -> None:
     asker = grounded.client(B, slot=1, system=254, component=77)
-    others = [grounded.client(B, slot=0), grounded.client(B, slot=2), grounded.client(A)]
+    others = [grounded.client(B, slot=0), grounded.client(B, slot=2), grounded.client(A), grounded.client(C)]
     assert others[0].upload(LINE) == 0
     since = [len(other.heard) for other in others]
     make, kind = ASKS[what]

@@ -7,41 +7,41 @@ import math
 import numpy as np
 import pytest
 
-from system.contract.aircraft import ACCEPTED, DENIED, HOVER, OFFBOARD, A, Aircraft, B, Client, dialect
+from system.contract.aircraft import ACCEPTED, DENIED, HOVER, OFFBOARD, A, Aircraft, B, C, Client, dialect
 
-RATES = {  # Hz on link A and B
-    "HEARTBEAT": (1, 1),
-    "SYS_STATUS": (2, 2),
-    "EXTENDED_SYS_STATE": (5, 2),
-    "ATTITUDE_QUATERNION": (100, 10),
-    "ATTITUDE": (0, 10),
-    "LOCAL_POSITION_NED": (100, 5),
-    "ATTITUDE_TARGET": (50, 5),
-    "GLOBAL_POSITION_INT": (10, 5),
-    "GPS_RAW_INT": (2, 2),
-    "VFR_HUD": (0, 4),
-    "BATTERY_STATUS": (1, 1),
-    "HOME_POSITION": (0.5, 0.5),
-    "GPS_GLOBAL_ORIGIN": (0.2, 0.2),
-    "MISSION_CURRENT": (2, 2),
-    "SYSTEM_TIME": (1, 1),
-    "ACTUATOR_OUTPUT_STATUS": (0, 0),
-    "CURRENT_MODE": (0.5, 0.5),
-    "AVAILABLE_MODES_MONITOR": (0.2, 0.2),
+RATES = {  # Hz on links A, B and C
+    "HEARTBEAT": (1, 1, 1),
+    "SYS_STATUS": (2, 2, 2),
+    "EXTENDED_SYS_STATE": (5, 2, 2),
+    "ATTITUDE_QUATERNION": (100, 10, 50),
+    "ATTITUDE": (0, 10, 0),
+    "LOCAL_POSITION_NED": (100, 5, 50),
+    "ATTITUDE_TARGET": (50, 5, 0),
+    "GLOBAL_POSITION_INT": (10, 5, 10),
+    "GPS_RAW_INT": (2, 2, 0),
+    "VFR_HUD": (0, 4, 0),
+    "BATTERY_STATUS": (1, 1, 1),
+    "HOME_POSITION": (0.5, 0.5, 0.5),
+    "GPS_GLOBAL_ORIGIN": (0.2, 0.2, 0.2),
+    "MISSION_CURRENT": (2, 2, 2),
+    "SYSTEM_TIME": (1, 1, 1),
+    "ACTUATOR_OUTPUT_STATUS": (0, 0, 0),
+    "CURRENT_MODE": (0.5, 0.5, 0.5),
+    "AVAILABLE_MODES_MONITOR": (0.2, 0.2, 0.2),
 }
 SECONDS = 20
 
 
 @pytest.fixture(scope="module")
 def listened(_hovering: Aircraft) -> dict[int, Client]:
-    """Twenty quiet seconds on both links."""
+    """Twenty quiet seconds on all links."""
     aircraft = _hovering.copy()
-    clients = {link: aircraft.client(link) for link in (A, B)}
+    clients = {link: aircraft.client(link) for link in (A, B, C)}
     aircraft.run(SECONDS)
     return clients
 
 
-@pytest.mark.parametrize("link", [A, B], ids=["A", "B"])
+@pytest.mark.parametrize("link", [A, B, C], ids=["A", "B", "C"])
 @pytest.mark.parametrize("kind", RATES)
 def test_a_stream_has_its_rate(listened: dict[int, Client], kind: str, link: int) -> None:
     n = len(listened[link].all(kind))

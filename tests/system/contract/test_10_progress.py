@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from system.contract.aircraft import ACCEPTED, HOLD, MISSION, NOT_NOW, OFFBOARD, RTL, A, Aircraft, Client
+from system.contract.aircraft import ACCEPTED, HOLD, MISSION, NOT_NOW, OFFBOARD, RTL, A, Aircraft, Client, Item
 from system.contract.missions import LAND_ITEM, LINE, RTL_ITEM, TAKEOFF_ITEM, away, waypoint
 
 NONE, NOT_STARTED, ACTIVE, PAUSED, COMPLETE = range(1, 6)
@@ -180,6 +180,19 @@ def test_what_cannot_be_flown_from_here_is_refused_at_the_start(pilot: Client, m
     assert pilot.upload(mission) == 0  # type: ignore[arg-type]
     assert pilot.set_mode(MISSION) == NOT_NOW
     assert pilot.texts == [f"Mode: no Mission: {why}"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "items"), [("GF_MAX_HOR_DIST", [TAKEOFF_ITEM, waypoint(20.0)]), ("GF_MAX_VER_DIST", [TAKEOFF_ITEM])]
+)
+def test_a_mission_that_leaves_the_fence_is_refused_at_the_start(pilot: Client, limit: str, items: list[Item]) -> None:
+    """As in PX4; with an action that only warns it is the user's choice."""
+    assert pilot.upload(items) == 0
+    pilot.set_param(limit, 9.0)
+    assert pilot.set_mode(MISSION) == NOT_NOW
+    assert pilot.texts == [f"Mode: no Mission: item {len(items) - 1} is outside the fence"]
+    pilot.set_param("GF_ACTION", 1.0)
+    assert pilot.set_mode(MISSION) == ACCEPTED
 
 
 def test_an_rtl_asked_for_ends_nothing_for_good(on_mission: Aircraft) -> None:

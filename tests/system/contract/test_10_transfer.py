@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
-from system.contract.aircraft import Aircraft, B, Client
-from system.contract.missions import LINE, TAKEOFF_ITEM, waypoint
-
-OK, ERROR, UNSUPPORTED, NO_SPACE, INVALID_SEQUENCE, DENIED, CANCELLED = 0, 1, 3, 4, 13, 14, 15
-FENCE, RALLY, ALL = 1, 2, 255
-P1 = 6
-
-
-def other(client: Client) -> Client:
-    """Another ground control station on the same link."""
-    return client.aircraft.client(B, slot=1, system=250)
-
-
-def acks(answers: list[Any]) -> list[int]:
-    return [m.type for m in answers if m.get_type() == "MISSION_ACK"]
-
-
-def kinds(answers: list[Any]) -> list[str]:
-    return [m.get_type() for m in answers]
-
+from system.contract.aircraft import Aircraft, Client
+from system.contract.missions import (
+    FENCE,
+    INVALID_SEQUENCE,
+    LINE,
+    NO_SPACE,
+    OK,
+    RALLY,
+    TAKEOFF_ITEM,
+    UNSUPPORTED,
+    acks,
+    other,
+    waypoint,
+)
 
 # Other kinds of mission
 

@@ -8,25 +8,28 @@ from typing import Any
 
 import pytest
 
-from system.contract.aircraft import ACCEPTED, HOLD, A, Aircraft, B, Client
-from system.contract.missions import LAND_ITEM, LINE, RTL_ITEM, TAKEOFF_ITEM, away, waypoint
-
-OK, ERROR, UNSUPPORTED, NO_SPACE, INVALID_SEQUENCE, DENIED, CANCELLED = 0, 1, 3, 4, 13, 14, 15
-FENCE, RALLY, ALL = 1, 2, 255
-P1 = 6
-
-
-def other(client: Client) -> Client:
-    """Another ground control station on the same link."""
-    return client.aircraft.client(B, slot=1, system=250)
-
-
-def acks(answers: list[Any]) -> list[int]:
-    return [m.type for m in answers if m.get_type() == "MISSION_ACK"]
-
-
-def kinds(answers: list[Any]) -> list[str]:
-    return [m.get_type() for m in answers]
+from system.contract.aircraft import ACCEPTED, HOLD, A, Aircraft, Client
+from system.contract.missions import (
+    ALL,
+    CANCELLED,
+    DENIED,
+    ERROR,
+    FENCE,
+    INVALID_SEQUENCE,
+    LAND_ITEM,
+    LINE,
+    OK,
+    P1,
+    RALLY,
+    RTL_ITEM,
+    TAKEOFF_ITEM,
+    UNSUPPORTED,
+    acks,
+    away,
+    kinds,
+    other,
+    waypoint,
+)
 
 
 def test_a_count_begins_an_upload(gcs: Client) -> None:
