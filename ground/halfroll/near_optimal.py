@@ -24,6 +24,7 @@ from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
 from halfroll.limits import Limits, changed
 from halfroll.mission import Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
 from halfroll.plan import Plan, checked_nodes, plan_course, radical
+from halfroll.proof import proven
 from halfroll.segments import PiecewisePolynomial, solve, standing
 from halfroll.vehicle import Vehicle
 
@@ -35,6 +36,7 @@ FREE_YAW = Yaw("free")
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _SPARE = 1e-5  # relative margin left for the proof
 _SPARES = 4  # times as much is asked where the proof fails, so many times
+_HOPELESS = 0.1  # relative excess of a limit from which nothing is repaired where speeds or times are given
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
 # Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
 # shifted:
@@ -67,6 +69,8 @@ class _Recipe:
     gap_factor: float = 0.15  # from stage to stage
     curvature: float = 0.4  # share of the constraints': 0 takes more but cheaper steps, 1 is often indefinite
 
+    elastic: bool = True  # limits yield to long steps; of very many, some always would
+
     @property
     def rungs(self) -> tuple[_Rung, ...]:
         return self.ladder if self.finer is None else (*self.ladder, self.finer)
@@ -86,7 +90,7 @@ def _recipe(mode: Mode, legs: int) -> _Recipe:
     if legs <= 100:
         ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4))
         return _Recipe(ladder, True, _Rung(4, 16, 2e-3, 150) if best else None)
-    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), True)
+    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False)
 
 
 @dataclass
@@ -120,6 +124,7 @@ class _Search:
             duration_min=_DURATION_MIN[problem.tied],
             shift=shift,
             curvature=self.recipe.curvature,
+            elastic=self.recipe.elastic,
             spare=spare,
             progress=self._told,
         )
@@ -182,7 +187,8 @@ class _Search:
         for _ in range(_SPARES):
             if self.proven(problem, constraints):
                 return problem
-            if self.interrupted:
+            hopeless = self.moving and problem.least_margin(constraints, rung.samples) < -_HOPELESS
+            if self.interrupted or hopeless:
                 break
             spare *= 4.0
             problem = self.minimise(problem, constraints, rung, _REPAIR, spare)
@@ -225,7 +231,7 @@ def plan_in_mode(
         )
     if yaw is not None and yaw.rule != "given":
         raise InputError(f"mode paper flies yaw as given, not {yaw.rule}; take mode fast or best")
-    plan = plan_course(waypoints, vehicle, limits, progress)
+    plan = proven(plan_course(waypoints, vehicle, limits, progress), waypoints, limits)
     require_inside(plan, rules.fences)
     return replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
 

@@ -20,6 +20,7 @@ constexpr double kDecrement = 10.0;       // mu is reduced once the Newton decre
 constexpr double kLongestTimeStep = 0.5;  // of a log duration
 constexpr double kBoundary = 0.01;        // share of a margin that a step must leave
 constexpr double kElastic = 0.3;          // the same while shifts are not small, and what falls short is shifted
+constexpr int kPatience = 40;             // steps in which the shifts must shrink, if they ever will
 constexpr double kMostDamping = 1e6, kDampingAgain = 1e-2;
 constexpr int kCuts = 7, kRetries = 12, kRounds = 8;
 constexpr double kLongBefore = 1.002;
@@ -85,11 +86,18 @@ class InteriorPoint {
       best_point_ = now_.point;
       best.feasible = true;
     };
-    int rounds = 0;
+    int rounds = 0, shrunk = 0;
+    double shift = largest_shift_;
     for (best.iterations = 0; best.iterations < settings_.iterations; ++best.iterations) {
       if (settings_.spare == 0.0 && least_margin() >= 0.0) keep();
       if (progress && !progress(fastest)) {
         best.interrupted = true;
+        break;
+      }
+      if (largest_shift_ < 0.7 * shift || !elastic()) {
+        shift = largest_shift_;
+        shrunk = best.iterations;
+      } else if (best.iterations > shrunk + kPatience) {
         break;
       }
       assemble();
@@ -107,6 +115,8 @@ class InteriorPoint {
       mu_ = std::max(mu_ * settings_.gap_factor, barrier_end);
       if (settings_.spare > 0.0) {
         const double least = look_between(last_stage);
+        shift = largest_shift_;
+        shrunk = best.iterations;
         if (least >= 0.0) keep();
         if (last && (least >= 0.5 * settings_.spare || ++rounds == kRounds)) break;
       } else if (last) {
@@ -121,6 +131,9 @@ class InteriorPoint {
   }
 
  private:
+  /// While some limits are outside by much, none is a wall.
+  bool elastic() const { return settings_.elastic && largest_shift_ > kShiftSmall; }
+
   static double sum(const std::vector<double>& durations) {
     double total = 0.0;
     for (double T : durations) total += T;
@@ -159,6 +172,7 @@ class InteriorPoint {
       PieceState& piece = now_.pieces[k];
       piece.shift = (settings_.shift - piece.slack.array()).max(0.0);
       piece.slack += piece.shift;
+      largest_shift_ = std::max(largest_shift_, piece.shift.maxCoeff());
       time_dual_[k] = mu_ / (now_.durations[k] - settings_.duration_min);
     }
     if (settings_.spare > 0.0) look_between(false);
@@ -365,8 +379,8 @@ class InteriorPoint {
     return false;
   }
 
-  /// Whether the trial leaves room everywhere. While some bounds are outside by much anyway, none is a wall: a curved
-  /// one that the step falls short of is shifted, at a cost, and steps stay long.
+  /// Whether the trial leaves room everywhere. An elastic limit that the step falls short of, being curved, is shifted,
+  /// at a cost, and steps stay long.
   bool inside() {
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!(trial_.durations[k] > settings_.duration_min) || !evaluate_piece(trial_, k)) return false;
@@ -375,7 +389,7 @@ class InteriorPoint {
       trial_.pieces[k].shift = (1.0 - length_ * share_) * now_.pieces[k].shift;
       auto shift = trial_.pieces[k].shift.array();
       slack += shift;
-      if (largest_shift_ > kShiftSmall) {
+      if (elastic()) {
         shift += (kElastic * before - slack).max(0.0);
         slack = slack.max(kElastic * before);
       } else if (!(slack > kBoundary * before).all()) {
@@ -388,12 +402,12 @@ class InteriorPoint {
   void accept() {
     const double dual_length = dual_direction();  // with shifts as they were
     std::swap(now_, trial_);
-    const bool elastic = largest_shift_ > kShiftSmall;
+    const bool stretched = elastic();
     largest_shift_ = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
       auto slack = now_.pieces[k].slack.array();
       auto shift = now_.pieces[k].shift.array();
-      if (!elastic) {  // small ones are taken out of the slack at once
+      if (!stretched) {  // small ones are taken out of the slack at once
         const Eigen::ArrayXXd smaller = (shift - 0.5 * slack).max(0.0);
         slack += smaller - shift;
         shift = smaller;
