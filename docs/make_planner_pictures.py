@@ -1,8 +1,9 @@
-"""Draw the pictures of docs/planner.md with the planner itself: python docs/make_planner_pictures.py"""
+"""Draw the pictures of docs/planner.md with the planner itself: python docs/make_planner_pictures.py [FOLDER]"""
 
 from __future__ import annotations
 
 import re
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from halfroll.plan import Plan, plan_course
 from halfroll.segments import node, rest, solve
 from halfroll.vehicle import load_vehicle
 
-PICTURES = Path(__file__).with_name("pictures")
+PICTURES = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).with_name("pictures")
 INK, PAPER, FAST, BEST, LIMIT = "#1d2433", "#8a94a6", "#0d9488", "#2563eb", "#dc2626"
 VEHICLE = load_vehicle("mit-fp")
 ZIGZAG = [(0, 0, 1), (2, 1, 2), (4, -1, 1), (6, 1, 2.5), (8, -1, 1), (10, 0, 1.5)]
@@ -58,7 +59,7 @@ def draw_closed_form() -> None:
 
 
 def draw_pieces(paper: Plan, best: Plan) -> None:
-    """One piece a leg, and eight with virtual knots."""
+    """One piece a leg, and nine with virtual knots."""
     figure = new(9.0, 3.4)
     axes = figure.subplots()
     for plan, colour, name in ((paper, PAPER, "paper"), (best, BEST, "best")):

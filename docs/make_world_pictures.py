@@ -1,6 +1,6 @@
 """Pictures of docs/world.md: convergence of the integrator, settling of the attitude loop.
 
-python docs/make_world_pictures.py
+python docs/make_world_pictures.py [FOLDER]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).parents[1]
+PICTURES = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
 sys.path.insert(0, str(ROOT / "tests" / "sim"))
 
 
@@ -29,7 +30,7 @@ def convergence() -> None:
     axes.axvline(1e3 * SUBSTEP, color="tab:red", lw=1, label="the world's step")
     axes.set(xlabel="step [ms]", ylabel="attitude error after 1 s", title="A body tumbling at 18 rad/s")
     axes.legend()
-    figure.savefig(ROOT / "docs" / "pictures" / "world_convergence.png", dpi=110)
+    figure.savefig(PICTURES / "world_convergence.png", dpi=110)
 
 
 def settling() -> None:
@@ -42,7 +43,7 @@ def settling() -> None:
         axes.hist(times[np.isfinite(times)], bins=np.arange(0, 4, 0.05), histtype="step", label=label)
     axes.set(xlabel="settled to 2° after [s]", ylabel="runs of 10 000", title="Any attitude, any rate up to 10 rad/s")
     axes.legend()
-    figure.savefig(ROOT / "docs" / "pictures" / "attitude_settling.png", dpi=110)
+    figure.savefig(PICTURES / "attitude_settling.png", dpi=110)
 
 
 if __name__ == "__main__":

@@ -195,7 +195,7 @@ void bind_solver(py::module_& m) {
       "minimise_time",
       [](const Problem& problem, const Constraints& constraints, int samples, double gap_start, double gap_end,
          double gap_factor, double negligible, int iterations, double duration_min, double shift, double curvature,
-         double spare, const Progress& progress) {
+         bool elastic, double spare, const Progress& progress) {
         SolverSettings settings;
         settings.samples = samples;
         settings.gap_start = gap_start;
@@ -206,6 +206,7 @@ void bind_solver(py::module_& m) {
         settings.duration_min = duration_min;
         settings.shift = shift;
         settings.curvature = curvature;
+        settings.elastic = elastic;
         settings.spare = spare;
         Solution solution = minimise_time(problem, constraints, settings, progress);
         Problem improved = problem;
@@ -213,7 +214,7 @@ void bind_solver(py::module_& m) {
         return py::make_tuple(improved, solution.feasible, solution.interrupted, solution.iterations);
       },
       "problem"_a, "constraints"_a, py::kw_only(), "samples"_a, "gap_start"_a, "gap_end"_a, "gap_factor"_a,
-      "negligible"_a, "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "spare"_a, "progress"_a,
+      "negligible"_a, "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "elastic"_a, "spare"_a, "progress"_a,
       "(problem with the better trajectory, feasible at its samples, interrupted, iterations)");
 
   m.def(

@@ -178,16 +178,23 @@ def headed(points: Sequence[CourseNode], yaw: Yaw) -> list[CourseNode]:
 
 def infeasible(setup: Setup, problem: kernel.Problem, constraints: kernel.Constraints) -> InfeasibleSegment:
     """What stands in the way of the best flight found, and by how much."""
-    refused = kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints)
-    leg = problem.leg[refused.piece]
-    ends = setup.points[leg], setup.points[leg + 1]
-    what, unit = kernel.bound_name(constraints, refused.bound)
-    allowed = kernel.bound_limit(constraints, refused.bound, problem.limits[refused.piece])
+    found = kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints)
+    leg = problem.leg[found.piece]
     return InfeasibleSegment(
-        f"from {ends[0].name} to {ends[1].name}: {_in_words(what, unit, allowed, refused.excess)} in the best flight "
-        "found; move the waypoint, give it more time, or relax the limit",
-        ends[1].waypoint.item,
+        f"{refused(setup, found, leg, problem.limits[found.piece], constraints)} in the best flight found; move the "
+        "waypoint, give it more time, or relax the limit",
+        setup.points[leg + 1].waypoint.item,
     )
+
+
+def refused(
+    setup: Setup, found: kernel.Certificate, leg: int, piece: kernel.PieceLimits, constraints: kernel.Constraints
+) -> str:
+    """What a proof that failed says in words; its worst piece is in this leg."""
+    what, unit = kernel.bound_name(constraints, found.bound)
+    allowed = kernel.bound_limit(constraints, found.bound, piece)
+    here, there = setup.points[leg], setup.points[leg + 1]
+    return f"from {here.name} to {there.name}: {_in_words(what, unit, allowed, found.excess)}"
 
 
 def _in_words(what: str, unit: str, allowed: float, excess: float) -> str:

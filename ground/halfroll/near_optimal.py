@@ -24,6 +24,7 @@ from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
 from halfroll.limits import Limits, changed
 from halfroll.mission import Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
 from halfroll.plan import Plan, checked_nodes, plan_course, radical
+from halfroll.proof import proven
 from halfroll.segments import PiecewisePolynomial, solve, standing
 from halfroll.vehicle import Vehicle
 
@@ -35,10 +36,11 @@ FREE_YAW = Yaw("free")
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _SPARE = 1e-5  # relative margin left for the proof
 _SPARES = 4  # times as much is asked where the proof fails, so many times
+_HOPELESS = 0.1  # relative excess of a limit from which nothing is repaired where speeds or times are given
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
 # Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
 # shifted:
-_COLD, _REFINED, _REPAIR, _OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.02, 0.003), (1.0, 0.02)
+_COLD, _REFINED, _FINER, _REPAIR, _OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.1, 0.01), (0.02, 0.003), (1.0, 0.02)
 _FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
 _ROOM = 0.01  # relative margin at which the start needs no more slowing down
 _STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
@@ -60,29 +62,35 @@ class _Rung:
 
 @dataclass(frozen=True)
 class _Recipe:
-    ladder: tuple[_Rung, ...]
+    ladder: tuple[_Rung, ...]  # what `fast` climbs
     tied: bool  # the pieces of a leg keep their shares of its time
+    finer: _Rung | None = None  # where `best` goes on from there
     two_starts: bool = False  # variable pitch also from its own start, not only from the fixed-pitch flight
     gap_factor: float = 0.15  # from stage to stage
     curvature: float = 0.4  # share of the constraints': 0 takes more but cheaper steps, 1 is often indefinite
+
+    elastic: bool = True  # limits yield to long steps; of very many, some always would
+
+    @property
+    def rungs(self) -> tuple[_Rung, ...]:
+        return self.ladder if self.finer is None else (*self.ladder, self.finer)
 
 
 def _recipe(mode: Mode, legs: int) -> _Recipe:
     """Short courses get many knots, on one or two legs with free times; long ones few. The first level need not be
     exact: where it stops, the next begins."""
     coarse = _Rung(1, 16, 0.3, 60, 3e-4)
-    ladder: tuple[_Rung, ...]
+    best = mode == "best"
     if legs <= 2:
-        ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4), _Rung(8, 24, 1e-3, 150))
-        return _Recipe(ladder if mode == "best" else ladder[:2], tied=False)
+        ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4))
+        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None)
     if legs <= 8:
-        if mode == "fast":
-            return _Recipe((coarse, _Rung(3, 16, 3e-3, 120, 1e-4)), tied=True)
-        return _Recipe((coarse, _Rung(4, 16, 2e-2, 120, 3e-4), _Rung(8, 24, 1e-3, 150)), tied=True, two_starts=True)
+        ladder = (coarse, _Rung(3, 16, 3e-3, 120, 1e-4))
+        return _Recipe(ladder, True, _Rung(9, 24, 1e-3, 150) if best else None, two_starts=best)
     if legs <= 100:
-        ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4), _Rung(4, 16, 2e-3, 150))
-        return _Recipe(ladder if mode == "best" else ladder[:2], tied=True)
-    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), tied=True)
+        ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4))
+        return _Recipe(ladder, True, _Rung(4, 16, 2e-3, 150) if best else None)
+    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False)
 
 
 @dataclass
@@ -92,7 +100,6 @@ class _Search:
     recipe: _Recipe
     moving: bool  # a velocity or higher derivative other than zero is given somewhere
     progress: Callable[[float], None]
-    every_rung: bool = False  # limits of rates hide more between fewer samples: the finest level need not be the best
     interrupted: bool = False
 
     def minimise(
@@ -117,6 +124,7 @@ class _Search:
             duration_min=_DURATION_MIN[problem.tied],
             shift=shift,
             curvature=self.recipe.curvature,
+            elastic=self.recipe.elastic,
             spare=spare,
             progress=self._told,
         )
@@ -135,10 +143,8 @@ class _Search:
         finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
         for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
             start.tied = tied
-            better = None
-            for rung, problem in self.climb(start, constraints, ladder):
-                if self.may_be_flown(rung, ladder):
-                    better = _shorter(better, self.repaired(problem, constraints, rung))
+            climbed = list(self.climb(start, constraints, ladder))
+            better = self.repaired(climbed[-1], constraints, ladder[len(climbed) - 1]) if climbed else None
             if better is not None or self.interrupted:
                 break
         if better is None and not self.moving:
@@ -147,21 +153,27 @@ class _Search:
 
     def climb(
         self, problem: kernel.Problem, constraints: kernel.Constraints, ladder: Sequence[_Rung]
-    ) -> Iterator[tuple[_Rung, kernel.Problem]]:
-        """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended. Those
-        that may be flown look between their samples too."""
+    ) -> Iterator[kernel.Problem]:
+        """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended. The
+        last looks between its samples too."""
         pieces = 1
         for k, rung in enumerate(ladder):
             if self.interrupted:
                 break
             problem = problem.split(rung.pieces // pieces)
             pieces = rung.pieces
-            spare = _SPARE if self.may_be_flown(rung, ladder) else 0.0
+            spare = _SPARE if rung is ladder[-1] else 0.0
             problem = self.minimise(problem, constraints, rung, _COLD if k == 0 else _REFINED, spare)
-            yield rung, problem
+            yield problem
 
-    def may_be_flown(self, rung: _Rung, ladder: Sequence[_Rung]) -> bool:
-        return rung is ladder[-1] or (self.every_rung and rung is not ladder[0])
+    def refined(self, flight: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem:
+        """The flight with more knots, if that makes it shorter."""
+        rung = self.recipe.finer
+        if rung is None or self.interrupted:
+            return flight
+        parts = rung.pieces * len(set(flight.leg)) // len(flight.durations)
+        problem = self.minimise(flight.split(max(parts, 1)), constraints, rung, _FINER, _SPARE)
+        return _shorter(flight, self.repaired(problem, constraints, rung)) or flight
 
     def proven(self, problem: kernel.Problem, constraints: kernel.Constraints) -> bool:
         return kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints).proven
@@ -175,7 +187,8 @@ class _Search:
         for _ in range(_SPARES):
             if self.proven(problem, constraints):
                 return problem
-            if self.interrupted:
+            hopeless = self.moving and problem.least_margin(constraints, rung.samples) < -_HOPELESS
+            if self.interrupted or hopeless:
                 break
             spare *= 4.0
             problem = self.minimise(problem, constraints, rung, _REPAIR, spare)
@@ -218,7 +231,7 @@ def plan_in_mode(
         )
     if yaw is not None and yaw.rule != "given":
         raise InputError(f"mode paper flies yaw as given, not {yaw.rule}; take mode fast or best")
-    plan = plan_course(waypoints, vehicle, limits, progress)
+    plan = proven(plan_course(waypoints, vehicle, limits, progress), waypoints, limits)
     require_inside(plan, rules.fences)
     return replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
 
@@ -326,7 +339,7 @@ def _stretch_planned(
         if progress is not None:
             progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
 
-    search = _Search(_recipe(mode, setup.stretch.legs), setup.moves, told, limits.drive is not None)
+    search = _Search(_recipe(mode, setup.stretch.legs), setup.moves, told)
     tried = [limits]
     push = PUSHES_UP * setup.vehicle.rotor.thrust_max_N
     if limits.rotor_min < push - 1e-9:  # first as if the rotors could only push up
@@ -347,6 +360,7 @@ def _stretch_planned(
             break
     if found is None:
         raise infeasible(setup, start, constraints)
+    found = search.refined(found, constraints)
     if times := given_times(points, start_s):
         durations = _leg_durations(found)
         arriving = _arriving(search, setup, found, durations, times)
@@ -388,9 +402,9 @@ def _in_times(
     starts = [setup.problem(start, durations, timed) for start in (values, path.derivatives(path.times, 5))]
     problem, better = starts[0], None
     for start in sorted(starts, key=lambda start: -start.least_margin(constraints, 48)):
-        climbed = list(search.climb(start, constraints, search.recipe.ladder))
-        problem = climbed[-1][1] if climbed else start
-        better = search.repaired(problem, constraints, search.recipe.ladder[-1])
+        climbed = list(search.climb(start, constraints, search.recipe.rungs))
+        problem = climbed[-1] if climbed else start
+        better = search.repaired(problem, constraints, search.recipe.rungs[-1])
         if better is not None:
             break
     return better, problem

@@ -19,6 +19,9 @@ constexpr double kShiftSmall = 1e-3;      // mu is not reduced while shifts are 
 constexpr double kDecrement = 10.0;       // mu is reduced once the Newton decrement is below this times mu
 constexpr double kLongestTimeStep = 0.5;  // of a log duration
 constexpr double kBoundary = 0.01;        // share of a margin that a step must leave
+constexpr double kElastic = 0.3;          // the same while shifts are not small, and what falls short is shifted
+constexpr int kPatience = 40;             // steps in which the shifts must shrink, if they ever will
+constexpr double kMostDamping = 1e6, kDampingAgain = 1e-2;
 constexpr int kCuts = 7, kRetries = 12, kRounds = 8;
 constexpr double kLongBefore = 1.002;
 constexpr double kShiftCost = 3.0;  // times a bound's multiplier
@@ -30,6 +33,7 @@ struct PieceState {
   FlatSamples flat;
   MatrixXd values;  // (samples, rows)
   MatrixXd slack;   // (samples, bounds) g + e
+  MatrixXd shift;   // e
 };
 
 struct Trial {
@@ -82,11 +86,18 @@ class InteriorPoint {
       best_point_ = now_.point;
       best.feasible = true;
     };
-    int rounds = 0;
+    int rounds = 0, shrunk = 0;
+    double shift = largest_shift_;
     for (best.iterations = 0; best.iterations < settings_.iterations; ++best.iterations) {
       if (settings_.spare == 0.0 && least_margin() >= 0.0) keep();
       if (progress && !progress(fastest)) {
         best.interrupted = true;
+        break;
+      }
+      if (largest_shift_ < 0.7 * shift || !elastic()) {
+        shift = largest_shift_;
+        shrunk = best.iterations;
+      } else if (best.iterations > shrunk + kPatience) {
         break;
       }
       assemble();
@@ -100,17 +111,19 @@ class InteriorPoint {
           length_ < kLong || largest_shift_ > kShiftSmall) {
         continue;
       }
-      const bool last = mu_ <= barrier_end && largest_shift_ == 0.0;
+      const bool last_stage = mu_ <= barrier_end, last = last_stage && largest_shift_ == 0.0;
       mu_ = std::max(mu_ * settings_.gap_factor, barrier_end);
       if (settings_.spare > 0.0) {
-        const double least = look_between();
+        const double least = look_between(last_stage);
+        shift = largest_shift_;
+        shrunk = best.iterations;
         if (least >= 0.0) keep();
         if (last && (least >= 0.5 * settings_.spare || ++rounds == kRounds)) break;
       } else if (last) {
         break;
       }
     }
-    if (settings_.spare > 0.0 ? look_between() >= 0.0 : least_margin() >= 0.0) keep();
+    if (settings_.spare > 0.0 ? look_between(false) >= 0.0 : least_margin() >= 0.0) keep();
     // One that sticks out by little is worth more than one from long before.
     if (!best.interrupted && fastest > kLongBefore * sum(now_.durations)) best.feasible = false;
     best.trajectory = unknowns_.trajectory(best.feasible ? best_point_ : now_.point);
@@ -118,6 +131,9 @@ class InteriorPoint {
   }
 
  private:
+  /// While some limits are outside by much, none is a wall.
+  bool elastic() const { return settings_.elastic && largest_shift_ > kShiftSmall; }
+
   static double sum(const std::vector<double>& durations) {
     double total = 0.0;
     for (double T : durations) total += T;
@@ -145,7 +161,6 @@ class InteriorPoint {
     now_.point = unknowns_.start();
     now_.durations = unknowns_.durations(now_.point);
     now_.pieces.resize(problem_.pieces());
-    shift_.resize(problem_.pieces());
     dual_.resize(problem_.pieces());
     dual_step_.resize(problem_.pieces());
     slopes_.resize(problem_.pieces());
@@ -154,12 +169,13 @@ class InteriorPoint {
     tightening_.assign(problem_.pieces(), MatrixXd::Zero(settings_.samples, bounds_));
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!evaluate_piece(now_, k)) return false;
-      MatrixXd& slack = now_.pieces[k].slack;
-      shift_[k] = (settings_.shift - slack.array()).max(0.0);
-      slack += shift_[k];
+      PieceState& piece = now_.pieces[k];
+      piece.shift = (settings_.shift - piece.slack.array()).max(0.0);
+      piece.slack += piece.shift;
+      largest_shift_ = std::max(largest_shift_, piece.shift.maxCoeff());
       time_dual_[k] = mu_ / (now_.durations[k] - settings_.duration_min);
     }
-    if (settings_.spare > 0.0) look_between();
+    if (settings_.spare > 0.0) look_between(false);
     for (int k = 0; k < problem_.pieces(); ++k) dual_[k] = mu_ / now_.pieces[k].slack.array();
     trial_.pieces.resize(problem_.pieces());
     return true;
@@ -167,15 +183,16 @@ class InteriorPoint {
 
   double least_margin() const {
     double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < problem_.pieces(); ++k) least = std::min(least, (now_.pieces[k].slack - shift_[k]).minCoeff());
+    for (const PieceState& piece : now_.pieces) least = std::min(least, (piece.slack - piece.shift).minCoeff());
     return least;
   }
 
   /// Of a piece at its samples, whatever is asked of them.
-  MatrixXd margins(int k) const { return now_.pieces[k].slack - shift_[k] + tightening_[k]; }
+  MatrixXd margins(int k) const { return now_.pieces[k].slack - now_.pieces[k].shift + tightening_[k]; }
 
-  /// Asks for as much more at the samples as the margins fall between them; returns the least margin between samples.
-  double look_between() {
+  /// Asks for as much more at the samples as the margins fall between them, and `at_least` for what was asked before:
+  /// peaks that come and go with it would never settle. Returns the least margin between samples.
+  double look_between(bool at_least) {
     double least = std::numeric_limits<double>::infinity();
     std::vector<MatrixXd> asked(problem_.pieces(), MatrixXd::Constant(settings_.samples, bounds_, settings_.spare));
     for (int k = 0; k < problem_.pieces(); ++k) {
@@ -201,32 +218,27 @@ class InteriorPoint {
     }
     largest_shift_ = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
-      auto slack = now_.pieces[k].slack.array();
-      const Eigen::ArrayXXd margin = slack - shift_[k].array() + tightening_[k].array() - asked[k].array();
-      shift_[k] = (slack - margin).max(0.0);
-      slack = margin + shift_[k].array();
-      largest_shift_ = std::max(largest_shift_, shift_[k].maxCoeff());
+      if (at_least) asked[k] = asked[k].cwiseMax(tightening_[k]);
+      auto slack = now_.pieces[k].slack.array(), shift = now_.pieces[k].shift.array();
+      const Eigen::ArrayXXd margin = slack - shift + tightening_[k].array() - asked[k].array();
+      shift = (slack - margin).max(0.0);
+      slack = margin + shift;
+      largest_shift_ = std::max(largest_shift_, shift.maxCoeff());
     }
     tightening_ = std::move(asked);
     return least;
   }
 
+  /// What a step must reduce. Shifts cost more than shrinking them can cost in time.
   double merit(const Trial& at) const {
-    double logs = 0.0;
+    double logs = 0.0, shifts = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
-      const MatrixXd& slack = at.pieces[k].slack;
-      logs += log_sum(slack.data(), static_cast<int>(slack.size()));
+      const PieceState& piece = at.pieces[k];
+      logs += log_sum(piece.slack.data(), static_cast<int>(piece.slack.size()));
       logs += std::log(10.0 * (at.durations[k] - settings_.duration_min));
+      if (largest_shift_ > 0.0) shifts += dual_[k].cwiseProduct(piece.shift).sum();
     }
-    return sum(at.durations) - mu_ * logs;
-  }
-
-  /// What shifts cost, so that a step which shrinks them may take time.
-  double shift_cost() const {
-    double cost = 0.0;
-    if (largest_shift_ == 0.0) return cost;
-    for (int k = 0; k < problem_.pieces(); ++k) cost += kShiftCost * dual_[k].cwiseProduct(shift_[k]).sum();
-    return share_ * cost;
+    return sum(at.durations) - mu_ * logs + kShiftCost * shifts;
   }
 
   // ---- the linear system
@@ -248,7 +260,7 @@ class InteriorPoint {
   /// Of each row and sample, summed over its bounds: z/g (stiffness), -(mu + z e)/g (force), z times the share
   /// of curvature.
   void weigh(int k) {
-    const MatrixXd& slack = now_.pieces[k].slack;
+    const MatrixXd &slack = now_.pieces[k].slack, &shift = now_.pieces[k].shift;
     stiffness_.setZero(slack.rows(), static_cast<int>(constraints_.rows().size()));
     force_ = stiffness_;
     if (settings_.curvature > 0.0) curved_ = stiffness_;
@@ -257,7 +269,7 @@ class InteriorPoint {
       const double c = at.sign / at.scale;
       stiffness_.col(at.row).array() += c * c * dual_[k].col(j).array() / slack.col(j).array();
       force_.col(at.row).array() -=
-          c * (mu_ + share_ * dual_[k].col(j).array() * shift_[k].col(j).array()) / slack.col(j).array();
+          c * (mu_ + share_ * dual_[k].col(j).array() * shift.col(j).array()) / slack.col(j).array();
       if (settings_.curvature > 0.0) curved_.col(at.row) -= settings_.curvature * c * dual_[k].col(j);
     }
   }
@@ -333,7 +345,6 @@ class InteriorPoint {
 
   bool step_with_share() {
     const double before = now_.merit = merit(now_);
-    shift_cost_ = shift_cost();
     double damping = damping_;
     for (int attempt = 0; attempt < kRetries; ++attempt) {
       if (!hessian_.factorise(damping + 1e-11)) return false;
@@ -347,7 +358,9 @@ class InteriorPoint {
         return true;
       }
       damping = std::max(8.0 * damping, 1e-4);
+      if (damping > kMostDamping) break;
     }
+    damping_ = std::min(damping_, kDampingAgain);
     return false;
   }
 
@@ -361,16 +374,27 @@ class InteriorPoint {
       trial_.durations = unknowns_.durations(trial_.point);
       if (!inside()) continue;
       trial_.merit = merit(trial_);
-      if (trial_.merit <= before + length_ * (shift_cost_ - 1e-4 * decrement_) + 1e-12) return true;
+      if (trial_.merit <= before - length_ * 1e-4 * decrement_ + 1e-12) return true;
     }
     return false;
   }
 
+  /// Whether the trial leaves room everywhere. An elastic limit that the step falls short of, being curved, is shifted,
+  /// at a cost, and steps stay long.
   bool inside() {
     for (int k = 0; k < problem_.pieces(); ++k) {
       if (!(trial_.durations[k] > settings_.duration_min) || !evaluate_piece(trial_, k)) return false;
-      trial_.pieces[k].slack += (1.0 - length_ * share_) * shift_[k];
-      if (!(trial_.pieces[k].slack.array() > kBoundary * now_.pieces[k].slack.array()).all()) return false;
+      const auto before = now_.pieces[k].slack.array();
+      auto slack = trial_.pieces[k].slack.array();
+      trial_.pieces[k].shift = (1.0 - length_ * share_) * now_.pieces[k].shift;
+      auto shift = trial_.pieces[k].shift.array();
+      slack += shift;
+      if (elastic()) {
+        shift += (kElastic * before - slack).max(0.0);
+        slack = slack.max(kElastic * before);
+      } else if (!(slack > kBoundary * before).all()) {
+        return false;
+      }
     }
     return true;
   }
@@ -378,14 +402,16 @@ class InteriorPoint {
   void accept() {
     const double dual_length = dual_direction();  // with shifts as they were
     std::swap(now_, trial_);
+    const bool stretched = elastic();
     largest_shift_ = 0.0;
     for (int k = 0; k < problem_.pieces(); ++k) {
       auto slack = now_.pieces[k].slack.array();
-      auto shift = shift_[k].array();
-      shift *= 1.0 - length_ * share_;
-      const Eigen::ArrayXXd smaller = (shift - 0.5 * slack).max(0.0);
-      slack += smaller - shift;
-      shift = smaller;
+      auto shift = now_.pieces[k].shift.array();
+      if (!stretched) {  // small ones are taken out of the slack at once
+        const Eigen::ArrayXXd smaller = (shift - 0.5 * slack).max(0.0);
+        slack += smaller - shift;
+        shift = smaller;
+      }
       largest_shift_ = std::max(largest_shift_, shift.maxCoeff());
       const Eigen::ArrayXXd centre = mu_ / slack;
       dual_[k] = (dual_[k] + dual_length * dual_step_[k]).array().max(1e-3 * centre).min(1e3 * centre);
@@ -405,7 +431,7 @@ class InteriorPoint {
       double dlog_T = 0.0;
       sample_piece(local_step(k, dlog_T), T, table_, flat_step_);
       for (int d = 1; d < kGiven; ++d) flat_step_[d] -= d * dlog_T * flat[d];
-      const MatrixXd& slack = now_.pieces[k].slack;
+      const MatrixXd &slack = now_.pieces[k].slack, &shift = now_.pieces[k].shift;
       MatrixXd change = MatrixXd::Zero(slack.rows(), static_cast<int>(rows.size()));
       for (std::size_t r = 0; r < rows.size(); ++r) {
         for (std::size_t e = 0; e < rows[r].entries.size(); ++e) {
@@ -419,8 +445,7 @@ class InteriorPoint {
         const auto g = slack.col(j).array();
         const auto multiplier = dual_[k].col(j).array();
         dual_step_[k].col(j) =
-            (mu_ - multiplier * (at.sign / at.scale * change.col(at.row).array() - share_ * shift_[k].col(j).array())) /
-                g -
+            (mu_ - multiplier * (at.sign / at.scale * change.col(at.row).array() - share_ * shift.col(j).array())) / g -
             multiplier;
       }
       longest = std::min(longest, 1.0 / std::max(1.0, (-dual_step_[k].array() / dual_[k].array()).maxCoeff() / 0.99));
@@ -460,11 +485,11 @@ class InteriorPoint {
   std::vector<Bound> bound_;  // by piece
 
   double share_ = 1.0;  // of the shifts that a whole step removes
-  double mu_ = 0.0, damping_ = 1e-4, length_ = 0.0, decrement_ = 0.0, largest_shift_ = 0.0, shift_cost_ = 0.0;
+  double mu_ = 0.0, damping_ = 1e-4, length_ = 0.0, decrement_ = 0.0, largest_shift_ = 0.0;
   int stuck_ = 0;
   Trial now_, trial_;
   Point best_point_;
-  std::vector<MatrixXd> shift_, tightening_, dual_, dual_step_;  // (samples, bounds) of each piece
+  std::vector<MatrixXd> tightening_, dual_, dual_step_;  // (samples, bounds) of each piece
   VectorXd time_dual_, time_dual_step_;
   std::vector<std::vector<MatrixXd>> slopes_;  // by piece and row
   VectorXd gradient_, step_;

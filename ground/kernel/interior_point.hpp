@@ -27,6 +27,7 @@ struct SolverSettings {
   double duration_min = 0.012;  // [s] of a piece
   double shift = 0.02;          // margins below it start shifted by what they lack
   double curvature = 0.0;       // share of the constraints' curvature in the Hessian; 0: Gauss-Newton
+  bool elastic = true;          // steps may leave limits while others are outside: longer, and together
   double spare = 0.0;           // relative margin to keep between the samples; 0: not looked at
 };
 

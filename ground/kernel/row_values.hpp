@@ -22,8 +22,8 @@ void differentiate(const Constraints& constraints, const PieceLimits& piece, con
 constexpr int dynamic_pair(int e, int f) { return e >= f ? e * (e + 1) / 2 + f : f * (f + 1) / 2 + e; }
 
 /// Curvature of a weighted sum of the rows that depend on all of the dynamics: rotor thrusts, their rates (without what
-/// the root adds) and body rate. weights (count, rows); hessians (count, pairs): a symmetric matrix by the dynamic
-/// entries for each sample.
+/// the root adds, and without third derivatives of the thrusts) and body rate. weights (count, rows); hessians (count,
+/// pairs): a symmetric matrix by the dynamic entries for each sample.
 void curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::MatrixXd& weights,
                Eigen::MatrixXd& hessians);
 

@@ -40,45 +40,94 @@ TEST_CASE("the gradient of every limited quantity is that of its finite differen
   }
 }
 
-// Of a weighted sum of rows: differences of its gradient by each entry.
-TEST_CASE("the curvature is the slope of the gradient") {
-  Limits thrusts_and_body_rate;
-  thrusts_and_body_rate.rotor_max = 3.0;
-  thrusts_and_body_rate.body_rate_max = 20.0;
-  for (const Limits& limits : {thrusts_and_body_rate, every_limit()}) {
-    const Constraints constraints(paper_vehicle(), limits, false);
-    const int rows = static_cast<int>(constraints.rows().size());
-    const SampleTable table(4, true);
-    Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(4, rows);
-    for (int r = 0; r < rows; ++r) {
-      if (constraints.rows()[r].entries.size() >= kDynamicEntries) weights.col(r).setConstant(0.3 + 0.2 * r);
+namespace {
+
+/// Of the sum of weighted rows, by all dynamic entries: differences of its gradient.
+Eigen::MatrixXd differences(const Constraints& constraints, const FlatSamples& flat, const Eigen::VectorXd& weights) {
+  const int entries = constraints.dynamic_entries();
+  const auto gradient = [&](const FlatSamples& at) {
+    std::vector<Eigen::MatrixXd> slopes;
+    differentiate(constraints, corridor(), at, slopes);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(entries);
+    for (int r = 0; r < weights.size(); ++r) {
+      if (weights[r] != 0.0) sum.head(slopes[r].cols()) += weights[r] * slopes[r].row(0).transpose();
     }
-    const auto gradient = [&](const FlatSamples& flat, int entry) {
-      std::vector<Eigen::MatrixXd> slopes;
-      differentiate(constraints, corridor(), flat, slopes);
-      double sum = 0.0;
-      for (int r = 0; r < rows; ++r) {
-        if (weights(0, r) != 0.0 && entry < slopes[r].cols()) sum += weights(0, r) * slopes[r](0, entry);
-      }
-      return sum;
-    };
-    for (unsigned seed = 0; seed < 5; ++seed) {
-      FlatSamples flat;
-      sample_piece(random_piece(seed).ends(0), 0.7, table, flat);
-      Eigen::MatrixXd hessians;
-      curvature(constraints, flat, weights, hessians);
-      const double size = hessians.row(0).cwiseAbs().maxCoeff();
-      for (int e = 0; e < constraints.dynamic_entries(); ++e) {
-        const auto [axis, order] = dynamic_entry(e);
-        const double step = 3e-6 * (1.0 + std::abs(flat[order](0, axis)));
-        FlatSamples more = flat, less = flat;
-        more[order](0, axis) += step;
-        less[order](0, axis) -= step;
-        for (int f = 0; f < constraints.dynamic_entries(); ++f) {
-          CHECK(std::abs((gradient(more, f) - gradient(less, f)) / (2.0 * step) - hessians(0, dynamic_pair(e, f))) <
-                1e-5 * size);
+    return sum;
+  };
+  Eigen::MatrixXd by(entries, entries);
+  for (int e = 0; e < entries; ++e) {
+    const auto [axis, order] = dynamic_entry(e);
+    const double step = 3e-6 * (1.0 + std::abs(flat[order](0, axis)));
+    FlatSamples more = flat, less = flat;
+    more[order](0, axis) += step;
+    less[order](0, axis) -= step;
+    by.col(e) = (gradient(more) - gradient(less)) / (2.0 * step);
+  }
+  return by;
+}
+
+Limits thrusts_and_body_rate() {
+  Limits limits;
+  limits.rotor_max = 3.0;
+  limits.body_rate_max = 20.0;
+  return limits;
+}
+
+FlatSamples random_samples(unsigned seed) {
+  FlatSamples flat;
+  sample_piece(random_piece(seed).ends(0), 0.7, SampleTable(4, true), flat);
+  return flat;
+}
+
+void check_curvature(const Constraints& constraints, const FlatSamples& flat, const Eigen::VectorXd& weights,
+                     const Eigen::MatrixXd& expected) {
+  Eigen::MatrixXd hessians;
+  curvature(constraints, flat, weights.transpose().replicate(4, 1), hessians);
+  for (int e = 0; e < expected.rows(); ++e) {
+    for (int f = 0; f < expected.cols(); ++f) {
+      CHECK(std::abs(expected(e, f) - hessians(0, dynamic_pair(e, f))) < 1e-5 * hessians.row(0).cwiseAbs().maxCoeff());
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the curvature of thrusts and body rate is the slope of their gradient") {
+  const Constraints constraints(paper_vehicle(), thrusts_and_body_rate(), false);
+  const Eigen::VectorXd weights = Eigen::VectorXd::LinSpaced(static_cast<int>(constraints.rows().size()), 0.3, 1.1);
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const FlatSamples flat = random_samples(seed);
+    check_curvature(constraints, flat, weights, differences(constraints, flat, weights));
+  }
+}
+
+// f' = sum of df/dq q', so without third derivatives of f its second ones are those of f, of entries one order apart.
+TEST_CASE("the curvature of a rate of thrust is that of the thrust, one derivative higher") {
+  const Constraints still(paper_vehicle(), thrusts_and_body_rate(), false), all(paper_vehicle(), every_limit(), false);
+  const auto above = [&](int e) {
+    const auto [axis, order] = dynamic_entry(e);
+    for (int f = 0; f < all.dynamic_entries(); ++f) {
+      if (dynamic_entry(f).axis == axis && dynamic_entry(f).order == order + 1) return f;
+    }
+    return -1;
+  };
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const FlatSamples flat = random_samples(seed);
+    for (int r = 0; r < static_cast<int>(all.rows().size()); ++r) {
+      if (!all.rows()[r].of_rotor()) continue;
+      const RotorTerms& terms = all.rows()[r].terms;
+      Eigen::VectorXd rotor = Eigen::VectorXd::Zero(static_cast<int>(still.rows().size()));
+      rotor[terms.rotor] = 1.0;
+      const Eigen::MatrixXd H = differences(still, flat, rotor);
+      Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(all.dynamic_entries(), all.dynamic_entries());
+      expected.topLeftCorner(kDynamicEntries, kDynamicEntries) = terms.share * H;
+      for (int e = 0; e < kDynamicEntries; ++e) {
+        for (int f = 0; f < kDynamicEntries; ++f) {
+          expected(above(e), f) += terms.lead * H(e, f);
+          expected(f, above(e)) += terms.lead * H(f, e);
         }
       }
+      check_curvature(all, flat, Eigen::VectorXd::Unit(static_cast<int>(all.rows().size()), r), expected);
     }
   }
 }
