@@ -99,6 +99,15 @@ def test_a_claim_that_fails_is_named_with_its_reason_and_ends_in_1(tmp_path, mon
     assert run("fig2", "--json").exit_code == 1
 
 
+def test_ctrl_c_ends_it_with_a_word(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(reproduction, "reproduce", interrupted)
+    ended = run("-o", tmp_path)
+    assert (ended.exit_code, ended.stdout, ended.stderr) == (130, "", "stopped\n")
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
