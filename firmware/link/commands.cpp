@@ -145,7 +145,7 @@ Wish reposition(const Command& c, const CommandSituation& now) {
   if (where.given) {
     out.position = local_from_global(now.origin, {where.lat_degE7, where.lon_degE7, now.origin.alt_mm()});
     out.has_position = true;
-    if (!(std::hypot(out.position.x(), out.position.y()) <= kFarthest)) return kDenied;
+    if (!(out.position.head<2>().norm() <= kFarthest)) return kDenied;
   }
   if (!std::isnan(c.p[6])) {
     const std::optional<float> z = height_W(c, now, false);
