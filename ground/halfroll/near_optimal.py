@@ -76,14 +76,15 @@ class _Recipe:
         return self.ladder if self.finer is None else (*self.ladder, self.finer)
 
 
-def _recipe(mode: Mode, legs: int) -> _Recipe:
+def _recipe(mode: Mode, legs: int, limits: Limits) -> _Recipe:
     """Short courses get many knots, on one or two legs with free times; long ones few. The first level need not be
-    exact: where it stops, the next begins."""
+    exact: where it stops, the next begins. For thrusts alone on one or two legs walls are quicker."""
     coarse = _Rung(1, 16, 0.3, 60, 3e-4)
     best = mode == "best"
     if legs <= 2:
         ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4))
-        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None)
+        rates = limits.drive is not None or limits.rotor_rate_max is not None
+        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None, elastic=rates)
     if legs <= 8:
         ladder = (coarse, _Rung(3, 16, 3e-3, 120, 1e-4))
         return _Recipe(ladder, True, _Rung(9, 24, 1e-3, 150) if best else None, two_starts=best)
@@ -339,7 +340,7 @@ def _stretch_planned(
         if progress is not None:
             progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
 
-    search = _Search(_recipe(mode, setup.stretch.legs), setup.moves, told)
+    search = _Search(_recipe(mode, setup.stretch.legs, limits), setup.moves, told)
     tried = [limits]
     push = PUSHES_UP * setup.vehicle.rotor.thrust_max_N
     if limits.rotor_min < push - 1e-9:  # first as if the rotors could only push up

@@ -1,7 +1,7 @@
 """The proof of a path that is given: that polynomials which something else than the kernel found keep their limits.
 
-Why: mode paper searches with numpy and checks at samples; what it returns is held to the same proof as every other plan.
-The rotors' rates are not asked of it: its form has no freedom to obey them.
+Why: mode paper searches with numpy and checks at samples; what it returns is held to the same proof as every other
+plan. The rotors' rates are not asked of it: its form has no freedom to obey them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def proven(plan: Plan, waypoints: Sequence[Waypoint], limits: Limits) -> Plan:
         path = plan.trajectory
         setup = Setup.of(points, plan.vehicle, limits, Yaw("given"), ())
         constraints = setup.constraints(setup.limits)
-        found = kernel.certify(path.coefficients[pieces], path.durations[pieces], setup.pieces, constraints)
+        found = kernel.certify(path.coefficients[pieces], path.durations[pieces].tolist(), setup.pieces, constraints)
         if not found.proven:
             doubts.append(f"not proven: {refused(setup, found, found.piece, setup.pieces[found.piece], constraints)}")
     return replace(plan, certified=not doubts, warnings=(*plan.warnings, *doubts))

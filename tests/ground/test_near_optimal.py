@@ -112,6 +112,15 @@ def test_variable_pitch_is_never_slower_than_fixed_pitch(name, mode):
     assert planned(name, "mit-vp", mode).T <= planned(name, "mit-fp", mode).T + 1e-9
 
 
+@pytest.mark.parametrize("kind", ["rotors", "mission"])
+@pytest.mark.parametrize("vehicle", ["mit-fp", "mit-vp"])
+@pytest.mark.parametrize("name", ["line", "square", "zigzag"])
+def test_best_is_never_slower_than_fast(name, vehicle, kind):
+    best, fast = (planned(name, vehicle, mode, kind) for mode in ("best", "fast"))
+    assert best.T <= fast.T
+    assert_inside(best, limits_of(best.vehicle, kind))
+
+
 def test_waypoints_are_met_at_the_times_that_the_plan_says_and_everything_is_continuous():
     plan = planned("zigzag", "mit-vp")
     there = plan.trajectory.at(plan.times_s)[:, :3]
