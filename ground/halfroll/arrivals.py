@@ -13,9 +13,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from halfroll.course_nodes import CourseNode
 from halfroll.errors import InfeasibleSegment, MissionError
 from halfroll.limits import Limits
-from halfroll.plan import CourseNode
 
 Array = NDArray[np.float64]
 

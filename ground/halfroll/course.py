@@ -9,9 +9,11 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 
 from halfroll.errors import MissionError, PlanError
-from halfroll.frames import degrees_from_wire, heading_deg_to_yaw
+from halfroll.frames import attitude_from_degrees, degrees_from_wire, heading_deg_to_yaw
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, local_from_global
-from halfroll.mission import CAPACITY, NOT_GIVEN, Mission, MissionItem, Rules, Vector, Waypoint
+from halfroll.manoeuvres.library import rolled_over, turned
+from halfroll.manoeuvres.place import Axis
+from halfroll.mission import CAPACITY, NOT_GIVEN, Demand, Mission, MissionItem, Rules, Vector, Waypoint
 from halfroll.mission_check import Finding, Severity
 from halfroll.mission_items import (
     ABSOLUTE_FRAMES,
@@ -44,6 +46,7 @@ class Course:
     last_item: int  # reached at the end of the plan
     hands_back_to: int | None  # the autopilot continues with this one; None: the mission is complete
     notes: tuple[Finding, ...] = ()  # why the plan ends before the mission's positions do
+    demands: tuple[Demand, ...] = ()  # of single items
     rules: Rules = field(default_factory=Rules)  # in W
 
 
@@ -65,6 +68,7 @@ def course(
         replace(point, position=(point.position[0] + n, point.position[1] + w, point.position[2] + u))
         for point in mission.waypoints
     )
+    moved += tuple(_back_upright(moved[-1]))
     first, last = moved[0].item or 0, moved[-1].item or 0
     return Course(moved, first, last, last + 1 if last + 1 < len(mission.items) else None, rules=rules)
 
@@ -94,11 +98,25 @@ def flown_waypoints(
             walk.change_speed(before)
     if start is not None:
         walk.legs.append(Waypoint(start, yaw=start_yaw))
+        walk.turn_as_before(items[:index])
     first, hands_back_to = walk.run(index)
     if not walk.legs:
         raise MissionError("the mission has no position to fly to before it ends; add a takeoff or a waypoint", first)
+    walk.end()
     last = walk.legs[-1].item
-    return Course(tuple(walk.legs), first, first if last is None else last, hands_back_to, tuple(walk.notes))
+    return Course(
+        tuple(walk.legs),
+        first,
+        first if last is None else last,
+        hands_back_to,
+        tuple(walk.notes),
+        demands=tuple(walk.demands),
+    )
+
+
+def _back_upright(last: Waypoint) -> list[Waypoint]:
+    """What a plan that would end upside down ends with: the autopilot takes over upright."""
+    return [replace(point, item=last.item) for point in rolled_over(last, upright=True)]
 
 
 def require_an_end(waypoints: tuple[Waypoint, ...], speed_max: float | None = None) -> None:
@@ -170,6 +188,8 @@ class _Walk:
     yaw: float
     legs: list[Waypoint] = field(default_factory=list)
     notes: list[Finding] = field(default_factory=list)
+    demands: list[Demand] = field(default_factory=list)
+    speeds: dict[int, float] = field(default_factory=dict)  # [m/s] at which one of the legs ends
     speed: float | None = None
     wait_s: float = 0.0  # of DELAY items since the last waypoint; a wait after the last one is the autopilot's
     passed: int = 0  # positions, also where several are one waypoint: every jump loop has one, so this ends the walk
@@ -206,6 +226,9 @@ class _Walk:
                 self.yaw = _turned(self.yaw, item)
             elif kind.role is Role.SPEED:
                 self.change_speed(item)
+            elif kind.role in (Role.INVERT, Role.FLIP):
+                self._turn_over(index, item, kind)
+                resume = following
             index = following
         return resume if first is None else first, resume if resume < len(self.items) else None
 
@@ -214,6 +237,44 @@ class _Walk:
         kind, speed, _, _ = item.params
         if kind <= 1 and speed != -1:
             self.speed = speed if speed > 0 else None
+
+    def end(self) -> None:
+        """Upright, and with the speeds that were asked for, each towards where it goes on."""
+        self.legs += _back_upright(self.legs[-1])
+        for place, speed in self.speeds.items():
+            ends = self.legs[max(place - 1, 0)].position, self.legs[min(place + 1, len(self.legs) - 1)].position
+            way = [there - here for here, there in zip(*ends, strict=True)]
+            x, y, z = (speed * part / max(math.hypot(*way), 1e-9) for part in way)
+            self.legs[place] = replace(self.legs[place], velocity=(x, y, z))
+
+    def turn_as_before(self, passed: tuple[MissionItem, ...]) -> None:
+        """The rest of a mission is flown upside down where these items turned over; it begins upright."""
+        upright = True
+        for item in passed:
+            if item.command == Command.DO_INVERTED_FLIGHT:
+                upright = item.params[0] == 0
+            elif item.command == Command.USER_1 and item.params[1] % 1.0:
+                upright = not upright
+        self.legs += rolled_over(self.legs[-1], upright)
+
+    def _turn_over(self, index: int, item: MissionItem, kind: ItemKind) -> None:
+        what = f"item {index} ({kind.name})"
+        if not self.legs:
+            raise MissionError(f"{what} turns over before there is a place to do it; put it after a position", index)
+        self._wait_here()
+        here = self.legs[-1]
+        if here.q_WB is not None or (len(self.legs) - 1) in self.speeds:
+            raise MissionError(f"{what} begins at rest, and item {here.item} is passed moving; put one between", index)
+        if kind.role is Role.INVERT:
+            turned_over = rolled_over(here, upright=item.params[0] == 0)
+        else:
+            axis: Axis = "roll" if item.params[0] == 1 else "pitch"
+            turned_over = turned(here, axis, item.params[1])
+            height = item.params[2] + self.home.alt - self.origin.alt
+            self.demands.append(Demand(index, height, item.params[3]))
+        if turned_over:
+            self.legs[-1] = here.standing
+            self.legs += [replace(point, item=index, speed_max=self.speed) for point in turned_over]
 
     def _kind(self, index: int) -> ItemKind:
         item = self.items[index]
@@ -249,15 +310,45 @@ class _Walk:
             self.yaw += math.remainder(heading_deg_to_yaw(heading_deg) - self.yaw, math.tau)  # the short way
         position = self._position(index, item)
         hold_s = item.params[0] if kind.holds else 0.0
-        point = Waypoint(position, yaw=self.yaw, hold_s=hold_s, speed_max=self.speed, item=index)
+        upright = not self.legs or self.legs[-1].upright
+        point = Waypoint(position, yaw=self.yaw, hold_s=hold_s, speed_max=self.speed, item=index, upright=upright)
+        if item.command == Command.WAYPOINT_USER_1:
+            point = self._with_attitude(index, item, point)
         if not self.legs:
             self.legs.append(point)
         elif math.dist(self.legs[-1].position, position) < SAME_PLACE:
             here = self.legs[-1]
-            self.legs[-1] = replace(point, position=here.position, hold_s=here.hold_s + hold_s)
+            if point.q_WB is not None or here.q_WB is not None:
+                raise MissionError(
+                    f"item {index} is where item {here.item} is, and one gives an attitude: there is "
+                    "no way between them; "
+                    "take one of them out",
+                    index,
+                )
+            point = replace(point, position=here.position, hold_s=here.hold_s + hold_s)
+            self.legs[-1] = point.standing if here.stands else point
         else:
             self.legs[-1] = replace(self.legs[-1], speed_max=self.speed)
             self.legs.append(point)
+
+    def _with_attitude(self, index: int, item: MissionItem, point: Waypoint) -> Waypoint:
+        """WAYPOINT_USER_1: p1 roll, p2 pitch [deg], both or neither; p3 speed [m/s] along the way, NaN free."""
+        roll_deg, pitch_deg, speed, _ = item.params
+        tilted = bool(roll_deg or pitch_deg) and not math.isnan(roll_deg)
+        if speed == 0.0 and tilted:
+            raise MissionError(
+                f"item {index} asks for an attitude of {roll_deg:g} deg roll, {pitch_deg:g} deg pitch "
+                "and for no speed, and "
+                "nothing stands still at an angle; give a speed, or NaN: whatever is best",
+                index,
+            )
+        if speed == 0.0:
+            return point.standing
+        if speed > 0.0:
+            self.speeds[len(self.legs)] = speed
+        if math.isnan(roll_deg):
+            return point
+        return replace(point, q_WB=attitude_from_degrees(roll_deg, pitch_deg, self.yaw))
 
     def _position(self, index: int, item: MissionItem) -> Vector:
         alt = item.z if item.frame in ABSOLUTE_FRAMES else self.home.alt + item.z

@@ -75,19 +75,25 @@ class FlatOutputs:
 
 
 def inverse_dynamics(
-    t: Array, derivatives: Array, vehicle: Vehicle, flips: Sequence[float] = (), charts: Charts | None = None
+    t: Array,
+    derivatives: Array,
+    vehicle: Vehicle,
+    flips: Sequence[float] = (),
+    charts: Charts | None = None,
+    turns: Sequence[tuple[float, float]] | None = None,
 ) -> FlatOutputs:
     """Attitude, rates, torque and rotor thrusts at increasing times t (S,) with derivatives (S, 6, 4).
 
     flips: times at which F passes through zero and s changes. charts: as found from a dense sampling of the same
-    trajectory; without it they are found from these samples, which must then be dense enough to see each turn.
+    trajectory; without it they are found from these samples, which must then be dense enough to see each turn. turns:
+    the times between which charts change; between others the thrust axis may cross the horizon in its chart. None: any.
     """
     force, vertical = _force_and_derivatives(derivatives, vehicle)
     events = np.asarray(flips, dtype=float)
     sign = np.where(np.searchsorted(events, t, side="right") % 2 == 1, -1.0, 1.0)
     axis = _thrust_axis(t, force, sign, vertical, events)
     sign = np.where(vertical & (force[0, 2] < 0.0), -sign, sign)
-    charts = _find_charts(t, axis) if charts is None else charts
+    charts = _find_charts(t, axis, turns) if charts is None else charts
     inverted, gamma, offset = charts.at(t)
     yaw = derivatives[:, 0, 3] + offset
     rate, acceleration = _body_rate(_turned(axis, inverted, gamma), yaw, derivatives[:, 1, 3], derivatives[:, 2, 3])
@@ -169,6 +175,21 @@ def upright_outputs(derivatives: Array, vehicle: Vehicle, vertical: bool) -> tup
     return rotor_thrusts(thrust, _torque(rate, acceleration, vehicle), vehicle), force[0], rate
 
 
+def planar_outputs(derivatives: Array, vehicle: Vehicle, sign: Array) -> tuple[Array, Array, Array]:
+    """As `upright_outputs`, of flight in the x-z plane with constant yaw that may turn over: any attitude, thrust of
+    this sign (1 or -1, broadcast), F anything but zero. It needs no chart."""
+    force = vehicle.mass_kg * derivatives[2:5, :3]
+    force[0, 2] += vehicle.weight
+    axis = sign * _unit(force, 1.0)
+    thrust = sign * np.sqrt((force[0] ** 2).sum(axis=0))
+    (x, _, z), (x1, _, z1), (x2, _, z2) = axis
+    turning, quickening = z * x1 - x * z1, z * x2 - x * z2  # about y
+    yaw = derivatives[0, 3]
+    about = np.stack([np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)])
+    rate, acceleration = turning * about, quickening * about
+    return rotor_thrusts(thrust, _torque(rate, acceleration, vehicle), vehicle), force[0], rate
+
+
 def rotor_thrusts(thrust: Array, torque: Array, vehicle: Vehicle) -> Array:
     """(4, ...) [N] from signed total thrust (...) and torque (3, ...).   Eq 4 inverted"""
     x, y, z = (
@@ -215,11 +236,13 @@ def _unit(along: Array, sign: Array | float) -> Array:
     return sign * np.stack([n, n1, n2])
 
 
-def _find_charts(t: Array, axis: Array) -> Charts:
+def _find_charts(t: Array, axis: Array, turns: Sequence[tuple[float, float]] | None) -> Charts:
     """Changes of sign of n_z; between samples n is continued with its two derivatives."""
     below = axis[0, 2] < 0.0
     changes, inverted, gamma, offset = [], [bool(below[0])], [0.0], [0.0]
     for k in np.flatnonzero(below[1:] != below[:-1]) + 1:
+        if turns is not None and not any(start <= t[k] <= end for start, end in turns):
+            continue
         nearer = int(k) - int(abs(axis[0, 2, k - 1]) < abs(axis[0, 2, k]))
         n, n1, n2 = axis[:, :, nearer]
         step = -n[2] / n1[2] if n1[2] != 0.0 else 0.0

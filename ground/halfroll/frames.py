@@ -46,3 +46,34 @@ def heading_deg_to_yaw(heading_deg: float) -> float:
 def yaw_to_heading_deg(yaw: float) -> float:
     """Yaw in W [rad] as compass heading in [0, 360) degrees."""
     return math.degrees(-yaw) % 360.0
+
+
+Quaternion = tuple[float, float, float, float]
+
+
+def attitude_from_degrees(roll_deg: float, pitch_deg: float, yaw: float) -> Quaternion:
+    """q_WB of roll right wing down, pitch nose up [deg] and yaw in W [rad]; turned in the order yaw, pitch, roll."""
+    cr, sr = math.cos(math.radians(roll_deg) / 2.0), math.sin(math.radians(roll_deg) / 2.0)
+    cp, sp = math.cos(math.radians(pitch_deg) / 2.0), -math.sin(math.radians(pitch_deg) / 2.0)
+    cy, sy = math.cos(yaw / 2.0), math.sin(yaw / 2.0)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def attitude_to_degrees(q_WB: Quaternion) -> tuple[float, float, float]:
+    """Roll, pitch and heading [deg] of q_WB; pitch in [-90, 90], heading in [0, 360)."""
+    w, x, y, z = q_WB
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = -math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return math.degrees(roll), math.degrees(pitch), yaw_to_heading_deg(yaw)
+
+
+def body_rate_from_degrees(rates_deg_s: tuple[float, float, float]) -> tuple[float, float, float]:
+    """w_WB_B [rad/s] of rates about the wire's axes [deg/s]: right wing down, nose up, clockwise."""
+    roll, pitch, yaw = rates_deg_s
+    return math.radians(roll), -math.radians(pitch), -math.radians(yaw)

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from halfroll import _planner as kernel
 from halfroll import corridor
+from halfroll.course_nodes import CourseNode, attitudes_allowed, stretch_of
 from halfroll.errors import InfeasibleSegment
 from halfroll.flatness import kernel_vehicle
 from halfroll.limits import Limits
-from halfroll.minimum_time import Stretch
+from halfroll.minimum_time import NoDurations, Stretch, shortest
 from halfroll.mission import Fence, Yaw
-from halfroll.plan import CourseNode, stretch_of
 from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -69,13 +69,14 @@ class Setup:
     def of(
         cls, points: Sequence[CourseNode], vehicle: Vehicle, limits: Limits, yaw: Yaw, fences: Sequence[Fence]
     ) -> Setup:
-        stretch = stretch_of(points)
+        limits = attitudes_allowed(points, limits)
+        stretch = _settled(stretch_of(points, vehicle), vehicle, limits)
         vertical = stretch.purely_vertical and len({point.yaw for point in points}) == 1
         fastest = np.minimum(stretch.speed_max, np.inf if limits.speed_max is None else limits.speed_max)
         places = [point.waypoint.position for point in points]
         walls = [corridor.walls(here, there, fences) for here, there in pairwise(places)]
         pieces = [kernel.PieceLimits(speed, wall) for speed, wall in zip(fastest.tolist(), walls, strict=True)]
-        given = _given(stretch.nodes, yaw, vertical)
+        given = _given(stretch.nodes, [point.waypoint.q_WB is not None for point in points], yaw, vertical)
         return cls(points, stretch, given, pieces, fastest, vertical, _spared(limits, points), vehicle, yaw)
 
     @property
@@ -105,10 +106,23 @@ class Setup:
         )
 
 
-def _given(nodes: Array, yaw: Yaw, vertical: bool) -> Mask:
+def _settled(stretch: Stretch, vehicle: Vehicle, limits: Limits) -> Stretch:
+    """Free thrusts of attitudes and free speeds: as they are best in the paper's form, which then stay."""
+    if not stretch.lines:
+        return stretch
+    try:
+        values = shortest(stretch, vehicle, limits)[stretch.legs :]
+    except NoDurations:
+        values = stretch.start_values
+    return replace(stretch, nodes=stretch.nodes_at(values), lines=())
+
+
+def _given(nodes: Array, attitudes: Sequence[bool], yaw: Yaw, vertical: bool) -> Mask:
+    """attitudes: which of the nodes have one; there yaw belongs to it."""
     given = ~np.isnan(nodes)
     if yaw.rule != "given":
-        given[1:-1, :, 3] = False
+        given[~np.array(attitudes), :, 3] = False
+        given[[0, -1], :, 3] = True
     if vertical:
         given[:, :, [0, 1, 3]] = True
     return given
@@ -170,7 +184,9 @@ def headed(points: Sequence[CourseNode], yaw: Yaw) -> list[CourseNode]:
     turned: list[CourseNode] = []
     now = points[0].yaw
     for point, look in zip(points, looks, strict=True):
-        if np.linalg.norm(look) > 1e-3:  # else there is no direction: as before
+        if point.waypoint.q_WB is not None:  # which says where the nose is
+            now += float(np.remainder(point.yaw - now + np.pi, 2.0 * np.pi) - np.pi)
+        elif np.linalg.norm(look) > 1e-3:  # else there is no direction: as before
             now += float(np.remainder(np.arctan2(look[1], look[0]) - now + np.pi, 2.0 * np.pi) - np.pi)
         turned.append(replace(point, yaw=now))
     return turned

@@ -97,6 +97,14 @@ class Limits:
             drive=Drive.of(vehicle, rotor_min, rotor_max) if mission else None,
         )
 
+    @property
+    def inverted(self) -> Limits:
+        """Of the mirror image of a flight that is flown inverted: there pushing down is pulling up."""
+        drive = self.drive
+        if drive is not None:
+            drive = replace(drive, command_min=-drive.command_max, command_max=-drive.command_min)
+        return replace(self, rotor_min=-self.rotor_max, rotor_max=-self.rotor_min, drive=drive)
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -254,10 +262,11 @@ def margins(
     *,
     segment_speed_max: ArrayLike | None = None,
     flips: Sequence[float] = (),
+    turns: Sequence[tuple[float, float]] | None = None,
 ) -> Margins:
     """The smallest margin to each limit over the whole trajectory, and where.
 
-    segment_speed_max (N,): speed limit of each segment where it is below limits.speed_max. flips: as for
+    segment_speed_max (N,): speed limit of each segment where it is below limits.speed_max. flips, turns: as for
     `inverse_dynamics`. Of all local minima of a margin, the smallest and every one close to zero are refined.
     """
     t = _sample_times(trajectory, samples_per_segment)
@@ -267,7 +276,8 @@ def margins(
 
     def evaluate(t: Array, dense: FlatOutputs | None = None) -> tuple[Array, FlatOutputs]:
         derivatives = trajectory.derivatives(t)
-        outputs = inverse_dynamics(t, derivatives, vehicle, flips, None if dense is None else dense.charts)
+        charts = None if dense is None else dense.charts
+        outputs = inverse_dynamics(t, derivatives, vehicle, flips, charts, turns)
         found = relative_margins(
             vehicle,
             limits,

@@ -15,26 +15,31 @@ from typing import Literal
 
 from halfroll.errors import MissionError
 from halfroll.geodesy import GeoPoint, Vector, local_from_global
+from halfroll.vehicle import GRAVITY
 
 __all__ = [
     "CAPACITY",
     "DEFAULT_OPTIONS",
     "NOT_GIVEN",
     "NO_RULES",
+    "Demand",
     "Fence",
     "GeoPoint",
     "Mission",
     "MissionItem",
     "PlanMode",
     "PlanOptions",
+    "Quaternion",
     "Rules",
     "Vector",
     "Waypoint",
     "Yaw",
 ]
 
+Quaternion = tuple[float, float, float, float]
 PlanMode = Literal["paper", "fast", "best"]  # how near the least time a mission is planned
 LimitsKind = Literal["mission", "rotors"]
+_FREE_FALL = 1e-6  # [m/s²]
 CAPACITY = 2000  # items the autopilot stores
 NOT_GIVEN = 2**31 - 1  # MAVLink's "no latitude, no longitude": here
 
@@ -94,7 +99,8 @@ class Waypoint:
     """A point the planned trajectory passes, in W (north-west-up, metres from the local origin, radians).
 
     A derivative that is None is free (continuous); a given one is fixed at the passage. The first and the last
-    waypoint of a plan, and any with hold_s > 0, are passed at rest.
+    waypoint of a plan, and any with hold_s > 0, are passed at rest. An attitude fixes the acceleration but for the size
+    of the thrust (Eq 28), body rates fix the jerk but for its part along the thrust (Eqs 15-17); both fix the yaw.
     """
 
     position: Vector
@@ -108,12 +114,32 @@ class Waypoint:
     time_s: float | None = None  # arrive here at this time of the plan
     free: tuple[bool, bool, bool] = (False, False, False)  # axes of the position that are only a first guess
     item: int | None = None  # sequence number of the mission item it comes from, for messages and progress
+    q_WB: Quaternion | None = None  # attitude here
+    thrust: float | None = None  # [N] signed, along the body's z; None: with an attitude, whatever is best
+    body_rate: Vector | None = None  # [rad/s] in B; with attitude and thrust
+    direction: Vector | None = None  # unit vector of the velocity, at whatever speed is best
+    upright: bool = True  # sigma from here on: False, the thrust axis points down
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity", "acceleration", "jerk", "snap"):
             vector = getattr(self, name)
             good = vector is None or (len(vector) == 3 and all(map(math.isfinite, vector)))
             _require(good, f"{name} {vector} is not three finite numbers")
+        for one, other, fix in _CONTRADICTIONS:
+            _require(
+                getattr(self, one) is None or getattr(self, other) is None,
+                f"{_WORDS.get(one, one)} and {_WORDS.get(other, other)} are both given, and both fix "
+                f"{fix}; take one out",
+            )
+        _require(self.thrust is None or self.q_WB is not None, "thrust is given without an attitude; give both")
+        _require(
+            self.body_rate is None or (self.q_WB is not None and self.thrust is not None),
+            "body rates are given, and the jerk they need depends on attitude and thrust; give both, too",
+        )
+        moving = self.q_WB is not None or self.direction is not None
+        _require(
+            not (moving and self.hold_s), "it holds, at rest, where an attitude or a velocity is given; take one out"
+        )
         _require(math.isfinite(self.yaw), f"yaw is {self.yaw}, a heading is wanted")
         _require(math.isfinite(self.hold_s) and self.hold_s >= 0, f"hold is {self.hold_s} s, it must be 0 or more")
         _require(self.speed_max is None or self.speed_max > 0, f"speed limit is {self.speed_max} m/s, not above 0")
@@ -121,6 +147,41 @@ class Waypoint:
             self.time_s is None or (math.isfinite(self.time_s) and self.time_s >= 0),
             f"time of arrival is {self.time_s} s, it must be 0 or more",
         )
+
+    @property
+    def in_free_fall(self) -> bool:
+        """Its acceleration is gravity's: the thrust passes through zero here."""
+        a = self.acceleration
+        return a is not None and math.hypot(a[0], a[1], a[2] + GRAVITY) < _FREE_FALL
+
+    @property
+    def standing(self) -> Waypoint:
+        """At rest here."""
+        return replace(self, velocity=_STILL, acceleration=_STILL, jerk=_STILL, snap=_STILL)
+
+    @property
+    def stands(self) -> bool:
+        """Velocity to snap are all given as zero."""
+        derivatives = (self.velocity, self.acceleration, self.jerk, self.snap)
+        return all(derivative is not None and not any(derivative) for derivative in derivatives)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a flip asks of its own flight. NaN: nothing."""
+
+    item: int
+    least_height: float  # [m] of W's z
+    longest_s: float
+
+
+_STILL: Vector = (0.0, 0.0, 0.0)
+_WORDS = {"q_WB": "attitude", "body_rate": "body rate", "direction": "direction of velocity"}
+_CONTRADICTIONS = (
+    ("q_WB", "acceleration", "the acceleration"),
+    ("body_rate", "jerk", "the jerk"),
+    ("direction", "velocity", "the velocity"),
+)
 
 
 @dataclass(frozen=True)

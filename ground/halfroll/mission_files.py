@@ -1,7 +1,8 @@
 """Mission files of ground stations, read and written. Why: a .plan, a WPL list, KML, CSV or TOML become one Mission
 here, and nothing behind this module knows that formats differ.
 
-QGC .plan (fileType Plan, mission version 2) and QGC WPL 110 are here; lists of points are in point_files.py.
+QGC .plan (fileType Plan, mission version 2) and QGC WPL 110 are here; lists of points are in point_files.py, our own
+TOML in toml_missions.py.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from halfroll.frames import degrees_from_wire, degrees_to_wire
 from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local, local_from_global
 from halfroll.mission import NOT_GIVEN, Fence, Mission, MissionItem, Rules
 from halfroll.mission_items import NO_POSITION_FRAME, Command, first_flown, is_here
-from halfroll.point_files import mission_from_csv, mission_from_kml, mission_from_toml
+from halfroll.point_files import mission_from_csv, mission_from_kml
+from halfroll.toml_missions import mission_from_toml
 
 _WPL_HEADER = "QGC WPL"
 _WPL_FIELDS = 12

@@ -50,6 +50,8 @@ class Role(Enum):
     JUMP = auto()
     SPEED = auto()
     HOME = auto()
+    INVERT = auto()  # p1: upside down from here on, or upright
+    FLIP = auto()  # p1 axis, p2 turns, p3 least height, p4 longest time
 
 
 class Place(Enum):
@@ -153,7 +155,6 @@ TABLE: dict[int, ItemKind] = {
         Place.REQUIRED,
         (Param("roll [deg]", -180, 180), Param("pitch [deg]", -90, 90), Param("speed [m/s]", 0), _YAW),
         _POSITION,
-        not_flown="its attitude and speed are not planned: it is passed as a plain waypoint",
     ),
     17: ItemKind("LOITER_UNLIM", Role.LOITER, Place.REQUIRED, (_ANY, _ANY, _ANY, _YAW), _POSITION),
     19: ItemKind("LOITER_TIME", Role.WAYPOINT, Place.REQUIRED, (_HOLD, _ANY, _ANY, _ANY), _POSITION),
@@ -189,14 +190,13 @@ TABLE: dict[int, ItemKind] = {
     189: ItemKind("DO_LAND_START", Role.SKIP),
     210: ItemKind(
         "DO_INVERTED_FLIGHT",
-        Role.SKIP,
+        Role.INVERT,
         Place.NONE,
         (Param("inverted", 0, 1, nan=False, step=1), _ANY, _ANY, _ANY),
-        not_flown="inverted legs are not planned: flown upright",
     ),
     31010: ItemKind(
         "USER_1 (flip)",
-        Role.SKIP,
+        Role.FLIP,
         Place.NONE,
         (
             Param("axis (1 roll, 2 pitch)", 1, 2, nan=False, step=1),
@@ -205,7 +205,6 @@ TABLE: dict[int, ItemKind] = {
             Param("longest time [s]", 0, above=True),
         ),
         (NO_POSITION_FRAME,),
-        not_flown="flips are not planned: skipped",
     ),
 }
 _STORED_AND_SKIPPED = {

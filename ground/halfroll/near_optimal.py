@@ -18,14 +18,28 @@ from numpy.typing import NDArray
 
 from halfroll import _planner as kernel
 from halfroll import corridor
+from halfroll.aerobatics import turns_over
 from halfroll.arrivals import given_times, require_possible, shared_out, too_early
+from halfroll.course_nodes import CourseNode, checked_nodes
 from halfroll.errors import InfeasibleSegment, InputError, PlanError
 from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
 from halfroll.limits import Limits, changed
-from halfroll.mission import Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
-from halfroll.plan import Plan, checked_nodes, plan_course, radical
+from halfroll.mission import Demand, Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
+from halfroll.plan import (
+    Flown,
+    Plan,
+    mirror_of,
+    mirrored,
+    mirrored_back,
+    plan_course,
+    plan_of,
+    rotor_ranges,
+    stretches,
+    turned_over,
+)
 from halfroll.proof import proven
-from halfroll.segments import PiecewisePolynomial, solve, standing
+from halfroll.segments import PiecewisePolynomial, solve
+from halfroll.turning_room import require_room
 from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -33,6 +47,7 @@ Progress = Callable[[str], None]
 Mode = Literal["fast", "best"]
 
 FREE_YAW = Yaw("free")
+KEPT_YAW = Yaw("given")  # upside down the nose keeps its direction
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _SPARE = 1e-5  # relative margin left for the proof
 _SPARES = 4  # times as much is asked where the proof fails, so many times
@@ -220,21 +235,27 @@ def plan_in_mode(
     options: PlanOptions,
     rules: Rules | None = None,
     progress: Progress | None = None,
+    demands: Sequence[Demand] = (),
 ) -> Plan:
-    """The plan of any mode, inside the limits that options and rules (in W) make. Raises as `plan_course`."""
+    """The plan of any mode, inside the limits that options and rules (in W) make, with room where it turns over. Raises
+    as `plan_course`."""
     rules = rules or Rules()
     of = Limits.of if options.mode == "paper" else limits_of
     limits = changed(of(vehicle, options.limits, options.margin), (*rules.limits, *options.changes))
     yaw = options.yaw or rules.yaw
     if options.mode != "paper":
-        return plan_near_optimal(
+        plan = plan_near_optimal(
             waypoints, vehicle, limits, options.mode, progress, yaw=yaw or FREE_YAW, fences=rules.fences
         )
-    if yaw is not None and yaw.rule != "given":
+        require_inside(plan, rules.fences if plan.turns else ())
+    elif yaw is not None and yaw.rule != "given":
         raise InputError(f"mode paper flies yaw as given, not {yaw.rule}; take mode fast or best")
-    plan = proven(plan_course(waypoints, vehicle, limits, progress), waypoints, limits)
-    require_inside(plan, rules.fences)
-    return replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
+    else:
+        plan = proven(plan_course(waypoints, vehicle, limits, progress), waypoints, limits)
+        require_inside(plan, rules.fences)
+        plan = replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
+    require_room(plan, limits, demands)
+    return plan
 
 
 def require_inside(plan: Plan, fences: Sequence[Fence]) -> None:
@@ -247,8 +268,8 @@ def require_inside(plan: Plan, fences: Sequence[Fence]) -> None:
             leg = int(np.searchsorted(plan.times_s, t[int(np.argmax(out))]))
             waypoint = plan.waypoints[min(leg, len(plan.waypoints) - 1)]
             raise InfeasibleSegment(
-                f"on the way to {_name(waypoint, leg)} the path leaves the {fence.name} by {max(out):.2f} m, and mode "
-                "paper cannot bend it; take mode fast or best, or add waypoints",
+                f"on the way to {_name(waypoint, leg)} the path leaves the {fence.name} by {max(out):.2f} m, and "
+                "nothing here can bend it (in mode paper, and where it turns over); move the waypoints",
                 waypoint.item,
             )
 
@@ -274,46 +295,51 @@ def plan_near_optimal(
     MissionError and InfeasibleSegment as `plan_course`.
     """
     limits = Limits.of(vehicle) if limits is None else limits
-    points = headed(checked_nodes(waypoints, limits), yaw)
+    points = headed(checked_nodes(waypoints, vehicle, limits), yaw)
     require_fenced(points, fences)
     require_possible(points, limits)
-    flown: list[PiecewisePolynomial] = []
-    arrivals = [points[0].hold_s]
-    ranges = []
-    if points[0].hold_s > 0.0:
-        flown.append(standing((*points[0].waypoint.position, points[0].yaw), points[0].hold_s))
-    first = 0
-    for last in range(1, len(points)):
-        if not points[last].at_rest:
-            continue
-        setup = Setup.of(points[first : last + 1], vehicle, limits, yaw, fences)
-        start_s = arrivals[-1] + (points[first].hold_s if first else 0.0)
-        problem, rotors = _stretch_planned(setup, mode, progress, start_s)
-        times = np.concatenate([[0.0], np.cumsum(problem.durations)])
-        ends = np.flatnonzero(np.diff(problem.leg, append=last)) + 1
-        arrivals += (start_s + times[ends]).tolist()
-        flown.append(PiecewisePolynomial(times, problem.coefficients))
-        ranges.append(rotors)
-        if points[last].hold_s > 0.0:
-            flown.append(standing((*points[last].waypoint.position, points[last].yaw), points[last].hold_s))
-        first = last
-    trajectory = flown[0]
-    for following in flown[1:]:
-        trajectory = trajectory.then(following)
-    at = {place: t for point, t in zip(points, arrivals, strict=True) for place in point.places}
-    at[0] = 0.0
-    return Plan(
-        waypoints=_placed(waypoints, trajectory, [at[place] for place in range(len(waypoints))]),
-        vehicle=vehicle,
-        trajectory=trajectory,
-        times_s=tuple(at[place] for place in range(len(waypoints))),
-        rotor_min=tuple(np.min([low for low, _ in ranges], axis=0).tolist()),
-        rotor_max=tuple(np.max([high for _, high in ranges], axis=0).tolist()),
-        certified=True,
-        violation_N=0.0,
-        warnings=tuple(radical(trajectory, points, arrivals)),
-        mode=mode,
-    )
+    flown: list[Flown] = []
+    start_s = 0.0
+    for part in stretches(points):
+        start_s += part[0].hold_s
+        flown.append(_flown(part, vehicle, limits, mode, progress, yaw, fences, start_s, flown))
+        start_s += float(flown[-1].path.times[-1])
+    plan = plan_of(waypoints, points, vehicle, flown, mode)
+    return replace(plan, waypoints=_placed(waypoints, plan.trajectory, plan.times_s))
+
+
+def _flown(
+    points: Sequence[CourseNode],
+    vehicle: Vehicle,
+    limits: Limits,
+    mode: Mode,
+    progress: Progress | None,
+    yaw: Yaw,
+    fences: Sequence[Fence],
+    start_s: float,
+    before: Sequence[Flown],
+) -> Flown:
+    """One stretch from rest to rest, after those before; start_s: of the plan, when it begins."""
+    best = np.inf
+
+    def told(total: float, _: int = 0) -> None:
+        nonlocal best
+        best = min(best, total)
+        if progress is not None:
+            progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
+
+    if turns_over(points):
+        return turned_over(points, vehicle, limits, told)
+    inverted, mirror = not points[0].upright, mirror_of(before)
+    if inverted:
+        points, limits, yaw = mirrored(points, mirror), limits.inverted, KEPT_YAW
+    setup = Setup.of(points, vehicle, limits, yaw, fences)
+    problem, (low, high) = _stretch_planned(setup, mode, told, start_s)
+    times = np.concatenate([[0.0], np.cumsum(problem.durations)])
+    ends = np.flatnonzero(np.diff(problem.leg, append=len(points) - 1)) + 1
+    path = PiecewisePolynomial(times, np.array(problem.coefficients))
+    path = mirrored_back(path, mirror) if inverted else path
+    return Flown(path, times[ends], *rotor_ranges(list(low), list(high), inverted))
 
 
 def _placed(
@@ -328,18 +354,10 @@ def _placed(
 
 
 def _stretch_planned(
-    setup: Setup, mode: Mode, progress: Progress | None, start_s: float
+    setup: Setup, mode: Mode, told: Callable[[float], None], start_s: float
 ) -> tuple[kernel.Problem, tuple[Array, Array]]:
     """From rest to rest: (proven problem, smallest and largest thrust of each rotor)."""
     points, limits = setup.points, setup.limits
-    best = np.inf
-
-    def told(total: float) -> None:
-        nonlocal best
-        best = min(best, total)
-        if progress is not None:
-            progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
-
     search = _Search(_recipe(mode, setup.stretch.legs, limits), setup.moves, told)
     tried = [limits]
     push = PUSHES_UP * setup.vehicle.rotor.thrust_max_N

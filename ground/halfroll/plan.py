@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -18,12 +19,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfroll.errors import InfeasibleSegment, InputError, MissionError, PlanError
-from halfroll.flatness import UPRIGHT, FlatOutputs, inverse_dynamics
+from halfroll.aerobatics import Turning, turns_over
+from halfroll.course_nodes import CourseNode, attitudes_allowed, checked_nodes, stretch_of
+from halfroll.errors import InfeasibleSegment, InputError, PlanError
+from halfroll.flatness import FlatOutputs, inverse_dynamics
 from halfroll.limits import Limits, margins
 from halfroll.minimum_time import NoDurations, Stretch, shortest
 from halfroll.mission import Waypoint
-from halfroll.segments import FREE, PiecewisePolynomial, node, rest, standing
+from halfroll.segments import PiecewisePolynomial, standing
 from halfroll.vehicle import Vehicle
 
 __all__ = ["FlatPoint", "Limits", "Plan", "plan_course"]
@@ -31,9 +34,8 @@ __all__ = ["FlatPoint", "Limits", "Plan", "plan_course"]
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-SAME_PLACE = 1e-3  # [m], closer waypoints are one
 _SAMPLES_PER_PIECE = 1000  # to find where the thrust axis crosses the horizon
-_PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
+_PUSHES_UP = 20.0  # the largest thrust by this: rotors that push no less than this could have fixed pitch
 COLUMNS = (
     "t_s", "x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "ax_m_s2", "ay_m_s2", "az_m_s2", "jx_m_s3", "jy_m_s3",
     "jz_m_s3", "sx_m_s4", "sy_m_s4", "sz_m_s4", "yaw_rad", "yaw_rate_rad_s", "yaw_acc_rad_s2", "sigma", "thrust_N",
@@ -71,6 +73,7 @@ class Plan:
     warnings: tuple[str, ...] = ()
     flips: tuple[float, ...] = ()  # times at which F passes through zero (free-fall flips)
     mode: str = "paper"
+    turns: tuple[tuple[float, float], ...] | None = None  # from when to when it turns over; None: not said
 
     @property
     def T(self) -> float:
@@ -80,10 +83,14 @@ class Plan:
     @cached_property
     def sigma_events(self) -> tuple[float, ...]:
         """Times at which sigma changes sign; it starts at +1."""
-        below = self._dense.thrust_axis[:, 2] < 0.0 if self._headed_from_upright else None
-        if below is not None:
-            return tuple(float(t) for t in self._dense_times[1:][below[1:] != below[:-1]])
-        return tuple(float(t) for t in self._dense.charts.changes)
+        t, sigma, changes = self._dense_times, self._dense.sigma, self._dense.charts.changes
+        events = t[1:][sigma[1:] != sigma[:-1]]
+        nearest = [changes[np.abs(changes - event).argmin()] if len(changes) else np.inf for event in events]
+        spacing = float(np.diff(t).max())
+        return tuple(
+            float(exact if abs(exact - event) <= spacing else event)
+            for event, exact in zip(events, nearest, strict=True)
+        )
 
     @property
     def piece_sigma(self) -> Array:
@@ -92,9 +99,9 @@ class Plan:
         return np.asarray(self.at(middles).sigma)
 
     @property
-    def _headed_from_upright(self) -> bool:
-        """Whether yaw is measured from upright even where the vehicle tilts past the horizon."""
-        return self.mode != "paper"
+    def _turns(self) -> tuple[tuple[float, float], ...] | None:
+        """When charts change; near-optimal flights measure yaw from upright even past the horizon, but for these."""
+        return () if self.turns is None and self.mode != "paper" else self.turns
 
     def at(self, t: float | ArrayLike) -> FlatPoint:
         """The plan at time t, a number (a few microseconds) or N of them; at rest before 0 and after T."""
@@ -133,8 +140,8 @@ class Plan:
 
     @cached_property
     def _dense(self) -> FlatOutputs:
-        t, charts = self._dense_times, UPRIGHT if self._headed_from_upright else None
-        return inverse_dynamics(t, self.trajectory.derivatives(t), self.vehicle, self.flips, charts)
+        t = self._dense_times
+        return inverse_dynamics(t, self.trajectory.derivatives(t), self.vehicle, self.flips, None, self._turns)
 
     @property
     def _dense_times(self) -> Array:
@@ -204,6 +211,7 @@ class Plan:
                 warnings=tuple(table["warnings"]),
                 flips=tuple(table["flips_s"]),
                 mode=table["mode"],
+                turns=None if table["turns_s"] is None else tuple((start, end) for start, end in table["turns_s"]),
             )
         except OSError as error:
             raise InputError(f"plan {path}: {error.strerror or error}; check the path") from None
@@ -222,6 +230,7 @@ class Plan:
             "violation_N": self.violation_N,
             "warnings": list(self.warnings),
             "flips_s": list(self.flips),
+            "turns_s": None if self.turns is None else [list(turn) for turn in self.turns],
             "waypoints": [asdict(point) for point in self.waypoints],
             "vehicle_numbers": self.vehicle.model_dump(mode="json"),
         }
@@ -245,166 +254,153 @@ def plan_course(
     InfeasibleSegment when no durations are found whose margins all stay >= 0.
     """
     limits = Limits.of(vehicle) if limits is None else limits
-    points = checked_nodes(waypoints, limits)
-    trajectory: PiecewisePolynomial | None = None
-    arrivals, fastest = [0.0], []
-    first = 0
-    for last in range(1, len(points)):
-        if not points[last].at_rest:
-            continue
-        stretch = stretch_of(points[first : last + 1])
-        durations = _durations(stretch, points[first : last + 1], vehicle, limits, progress)
-        flown = stretch.trajectory(durations)
-        start = 0.0 if trajectory is None else float(trajectory.times[-1])
-        arrivals += (start + flown.times[1:]).tolist()
-        fastest += stretch.speed_max.tolist()
-        if points[last].hold_s > 0.0:
-            flown = flown.then(standing(flown.at(flown.times[-1])[0], points[last].hold_s))
-            fastest.append(np.inf)
-        trajectory = flown if trajectory is None else trajectory.then(flown)
-        first = last
-    assert trajectory is not None
-    if points[0].hold_s > 0.0:
-        trajectory = standing(trajectory.at(0.0)[0], points[0].hold_s).then(trajectory)
-        arrivals = [0.0, *(t + points[0].hold_s for t in arrivals[1:])]
-        fastest.insert(0, np.inf)
-    found = margins(trajectory, vehicle, limits, segment_speed_max=fastest)
-    times = {place: t for point, t in zip(points, arrivals, strict=True) for place in point.places}
+    points = checked_nodes(waypoints, vehicle, limits)
+    flown: list[Flown] = []
+    for part in stretches(points):
+        flown.append(_flown(part, vehicle, limits, progress, flown))
+    return plan_of(waypoints, points, vehicle, flown, "paper")
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One stretch from rest to rest as it will be flown, its time from 0."""
+
+    path: PiecewisePolynomial
+    arrivals: Array  # (n-1,) at its points after the first
+    rotor_min: tuple[float, ...]
+    rotor_max: tuple[float, ...]
+    certified: bool = True
+    violation: float = 0.0
+    flips: tuple[float, ...] = ()  # when its thrust changes sign
+    plane: float | None = None  # heading of the plane in which it turns over, if it does
+
+
+def mirror_of(before: Sequence[Flown]) -> float:
+    """Heading [rad] of the plane in which the vehicle last turned over."""
+    return next((now.plane for now in reversed(before) if now.plane is not None), 0.0)
+
+
+def mirrored(points: Sequence[CourseNode], mirror: float) -> list[CourseNode]:
+    """An inverted stretch as the upright one whose rotors do the same with opposite signs: its nose on the other side
+    of the plane in which the vehicle turned over."""
+    return [replace(point, yaw=2.0 * mirror - point.yaw) for point in points]
+
+
+def mirrored_back(path: PiecewisePolynomial, mirror: float) -> PiecewisePolynomial:
+    coefficients = path.coefficients.copy()
+    coefficients[:, :, 3] *= -1.0
+    coefficients[:, 0, 3] += 2.0 * mirror
+    return PiecewisePolynomial(path.times, coefficients)
+
+
+def stretches(points: Sequence[CourseNode]) -> list[Sequence[CourseNode]]:
+    """From rest to rest; each begins where the one before ends."""
+    rests = [place for place, point in enumerate(points) if point.at_rest]
+    return [points[first : last + 1] for first, last in pairwise(rests)]
+
+
+def plan_of(
+    waypoints: Sequence[Waypoint], points: Sequence[CourseNode], vehicle: Vehicle, flown: Sequence[Flown], mode: str
+) -> Plan:
+    """All stretches in a row, with the holds between them."""
+    parts = stretches(points)
+    arrivals, turns, flips = [points[0].hold_s], [], []
+    paths = []
+    for part, now in zip(parts, flown, strict=True):
+        if part[0].hold_s > 0.0:
+            paths.append(standing(now.path.at(0.0)[0], part[0].hold_s))
+        start = sum(float(path.times[-1]) for path in paths)
+        paths.append(now.path)
+        arrivals += (start + now.arrivals).tolist()
+        flips += [start + flip for flip in now.flips]
+        if now.plane is not None:
+            turns.append((start, start + float(now.path.times[-1])))
+    if points[-1].hold_s > 0.0:
+        paths.append(standing(paths[-1].at(paths[-1].times[-1])[0], points[-1].hold_s))
+    trajectory = paths[0]
+    for path in paths[1:]:
+        trajectory = trajectory.then(path)
+    at = {place: t for point, t in zip(points, arrivals, strict=True) for place in point.places}
+    at[0] = 0.0
     return Plan(
         waypoints=tuple(waypoints),
         vehicle=vehicle,
         trajectory=trajectory,
-        times_s=tuple(times[place] for place in range(len(waypoints))),
-        rotor_min=found.rotor_min,
-        rotor_max=found.rotor_max,
-        certified=found.checked,
-        violation_N=found.violation,
+        times_s=tuple(at[place] for place in range(len(waypoints))),
+        rotor_min=tuple(np.min([now.rotor_min for now in flown], axis=0).tolist()),
+        rotor_max=tuple(np.max([now.rotor_max for now in flown], axis=0).tolist()),
+        certified=all(now.certified for now in flown),
+        violation_N=max(now.violation for now in flown),
         warnings=tuple(radical(trajectory, points, arrivals)),
+        flips=tuple(flips),
+        mode=mode,
+        turns=tuple(turns),
     )
 
 
-def checked_nodes(waypoints: Sequence[Waypoint], limits: Limits) -> list[CourseNode]:
-    """The places of a course. Raises MissionError and InfeasibleSegment for what no trajectory can meet."""
-    points = CourseNode.merged(waypoints)
-    for point in points:
-        if limits.floor is not None and not point.waypoint.free[2] and point.waypoint.position[2] < limits.floor:
-            raise InfeasibleSegment(
-                f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of "
-                f"{limits.floor:g} m; raise it",
-                point.waypoint.item,
-            )
-        if limits.ceiling is not None and not point.waypoint.free[2] and point.waypoint.position[2] > limits.ceiling:
-            raise InfeasibleSegment(
-                f"{point.name}: height {point.waypoint.position[2]:.2f} m is above the ceiling of "
-                f"{limits.ceiling:g} m; lower it",
-                point.waypoint.item,
-            )
-        speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
-        if limits.speed_max is not None and speed > limits.speed_max:
-            raise InfeasibleSegment(
-                f"{point.name}: speed of {speed:.2f} m/s is above the limit of {limits.speed_max:g} m/s; lower it",
-                point.waypoint.item,
-            )
-    return points
-
-
-@dataclass(frozen=True)
-class CourseNode:
-    """One place of the course: what the waypoints there ask for together."""
-
-    waypoint: Waypoint
-    yaw: float  # the short way round from the one before
-    hold_s: float
-    at_rest: bool
-    places: tuple[int, ...]  # of its waypoints in the course
-
-    @property
-    def name(self) -> str:
-        item = self.waypoint.item
-        return f"item {item}" if item is not None else f"waypoint {self.places[-1] + 1}"
-
-    @property
-    def moves(self) -> bool:
-        """Whether it asks for a derivative other than zero."""
-        point = self.waypoint
-        return any(np.any(d) for d in (point.velocity, point.acceleration, point.jerk, point.snap) if d is not None)
-
-    @classmethod
-    def merged(cls, waypoints: Sequence[Waypoint]) -> list[CourseNode]:
-        nodes: list[CourseNode] = []
-        for place, point in enumerate(waypoints):
-            new = cls(point, point.yaw, point.hold_s, point.hold_s > 0.0, (place,))
-            before = nodes[-1] if nodes else None
-            if before is not None:
-                turn = (point.yaw - before.yaw + np.pi) % (2.0 * np.pi) - np.pi
-                new = replace(new, yaw=before.yaw + (turn if abs(turn) > 1e-12 else 0.0))
-            if (
-                before is not None
-                and not any(point.free + before.waypoint.free)
-                and np.linalg.norm(np.subtract(point.position, before.waypoint.position)) < SAME_PLACE
-            ):
-                if new.moves or before.moves:
-                    raise MissionError(
-                        f"{new.name} is at the same place as {before.name}, where the vehicle would have to move and "
-                        "to be at rest; remove one of them",
-                        point.item,
-                    )
-                new = replace(new, waypoint=replace(point, position=before.waypoint.position))
-                if abs(new.yaw - before.yaw) > 1e-9:  # a turn on the spot
-                    nodes[-1] = replace(before, at_rest=True)
-                    nodes.append(replace(new, at_rest=True))
-                else:
-                    together = (before.hold_s + new.hold_s, before.at_rest or new.at_rest, before.places + new.places)
-                    nodes[-1] = cls(new.waypoint, before.yaw, *together)
-            else:
-                nodes.append(new)
-        if len(nodes) < 2:
-            item = waypoints[0].item if waypoints else None
-            raise MissionError("a plan needs at least two different waypoints; add one more than 1 mm away", item)
-        nodes[0], nodes[-1] = replace(nodes[0], at_rest=True), replace(nodes[-1], at_rest=True)
-        for at in nodes:
-            if at.at_rest and any(at.waypoint.free):
-                raise MissionError(
-                    f"{at.name}: the vehicle is at rest here (an end, or a hold), so its position cannot be free; "
-                    "give it",
-                    at.waypoint.item,
-                )
-            if at.at_rest and at.moves:
-                raise MissionError(
-                    f"{at.name}: the vehicle is at rest here (an end, or a hold), so velocity and its derivatives "
-                    "must be zero; remove them or the hold",
-                    at.waypoint.item,
-                )
-        return nodes
-
-
-def stretch_of(points: Sequence[CourseNode]) -> Stretch:
-    nodes = []
-    for point in points:
-        w = point.waypoint
-        position = (*(FREE if free else x for x, free in zip(w.position, w.free, strict=True)), point.yaw)
-        if point.at_rest:
-            nodes.append(rest(position))
-        else:
-            derivatives = [
-                (*d, FREE) if d is not None else (FREE,) * 4 for d in (w.velocity, w.acceleration, w.jerk, w.snap)
-            ]
-            nodes.append(node(position, *derivatives))
-    speeds = [point.waypoint.speed_max for point in points[:-1]]
-    return Stretch(np.stack(nodes), np.array([np.inf if speed is None else speed for speed in speeds]))
-
-
-def _durations(
-    stretch: Stretch, points: Sequence[CourseNode], vehicle: Vehicle, limits: Limits, progress: Progress | None
-) -> Array:
-    """Shortest durations; with variable pitch never longer than what rotors that only push up would need."""
-
+def _flown(
+    points: Sequence[CourseNode],
+    vehicle: Vehicle,
+    limits: Limits,
+    progress: Progress | None,
+    before: Sequence[Flown],
+) -> Flown:
     def told(total: float, iteration: int) -> None:
         if progress is not None:
             progress(f"{points[0].name} to {points[-1].name}: {total:.3f} s after {iteration} steps")
 
+    if turns_over(points):
+        return turned_over(points, vehicle, limits, told)
+    inverted = not points[0].upright
+    limits = attitudes_allowed(points, limits.inverted if inverted else limits)
+    mirror = mirror_of(before)
+    stretch = stretch_of(mirrored(points, mirror) if inverted else points, vehicle)
+    path = stretch.trajectory(_trial(stretch, points, vehicle, limits, told))
+    found = margins(path, vehicle, limits, segment_speed_max=stretch.speed_max, turns=())
+    rotors = rotor_ranges(found.rotor_min, found.rotor_max, inverted)
+    path = mirrored_back(path, mirror) if inverted else path
+    return Flown(path, path.times[1:], *rotors, found.checked, found.violation)
+
+
+def turned_over(
+    points: Sequence[CourseNode],
+    vehicle: Vehicle,
+    limits: Limits,
+    told: Callable[[float, int], None],
+) -> Flown:
+    """A stretch that turns over."""
+    turning = Turning.of(points, vehicle)
+    trial, found = turning.shortest(vehicle, limits, told)
+    path, durations = turning.stretch.trajectory(trial), trial[: turning.stretch.legs]
+    flips = tuple(flip for flip in turning.stretch.flips(durations) if flip > 0.0)
+    return Flown(
+        turning.plane.out_of(path), path.times[1:], found.rotor_min, found.rotor_max, found.checked, found.violation,
+        flips, turning.plane.heading,
+    )  # fmt: skip
+
+
+def rotor_ranges(
+    rotor_min: Sequence[float], rotor_max: Sequence[float], inverted: bool
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Of a stretch that is flown inverted and was planned as its mirror image: pushing down is pulling up, and left is
+    right."""
+    if not inverted:
+        return tuple(rotor_min), tuple(rotor_max)
+    left, back, right, front = range(4)
+    mirrored = (right, back, left, front)
+    return tuple(-rotor_max[k] for k in mirrored), tuple(-rotor_min[k] for k in mirrored)
+
+
+def _trial(
+    stretch: Stretch,
+    points: Sequence[CourseNode],
+    vehicle: Vehicle,
+    limits: Limits,
+    told: Callable[[float, int], None],
+) -> Array:
+    """Shortest durations; with variable pitch never longer than what rotors that only push up would need."""
     starts: list[Array] = []
-    push = _PUSHES_UP * vehicle.rotor.thrust_max_N
+    push = vehicle.rotor.thrust_max_N / _PUSHES_UP
     if stretch.legs > 1 and limits.rotor_min < push:
         up = replace(limits, rotor_min=push, force_z_min=max(limits.force_z_min or 0.0, 4.0 * push))
         try:

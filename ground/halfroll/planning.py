@@ -94,15 +94,15 @@ def plan_mission(request: PlanRequest, progress: Progress = lambda _: None) -> O
         return NothingToPlan(course)
     limited = request.options.limits == "mission"
     require_an_end(course.waypoints, request.vehicle.speed_max_m_s if limited else None)
-    plan = _planned(course.waypoints, request, progress)
+    plan = _planned(course, request, progress)
     return Planned(course, plan, path_of(plan))
 
 
-def _planned(waypoints: tuple[Waypoint, ...], request: PlanRequest, progress: Progress) -> Plan:
+def _planned(course: Course, request: PlanRequest, progress: Progress) -> Plan:
     from halfroll.near_optimal import plan_in_mode
 
     rules = request.rules.in_world(request.origin, request.home)
-    return plan_in_mode(waypoints, request.vehicle, request.options, rules, progress)
+    return plan_in_mode(course.waypoints, request.vehicle, request.options, rules, progress, course.demands)
 
 
 def _course(request: PlanRequest) -> Course:

@@ -139,4 +139,4 @@ def _plan(flown: Course, vehicle: Vehicle, options: PlanOptions, progress: Progr
     require_an_end(flown.waypoints, vehicle.speed_max_m_s if options.limits == "mission" else None)
     from halfroll.near_optimal import plan_in_mode
 
-    return plan_in_mode(flown.waypoints, vehicle, options, flown.rules, progress)
+    return plan_in_mode(flown.waypoints, vehicle, options, flown.rules, progress, flown.demands)

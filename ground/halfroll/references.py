@@ -105,7 +105,8 @@ class Path:
     derivatives: Array
     rates: Array
     sigma_events: tuple[float, ...] = ()
-    leads_nose: bool = False  # see References._led_by_the_nose
+    leads_nose: bool = False  # see _nose_led; not while it turns over, nor upside down
+    turns: tuple[tuple[float, float], ...] = ()
 
     @property
     def duration(self) -> float:
@@ -128,6 +129,10 @@ class Path:
     def sigma_at(self, t: float) -> float:
         return -1.0 if bisect_right(self.sigma_events, t) % 2 else 1.0
 
+    def leads_nose_at(self, t: float) -> bool:
+        turning = any(start <= t <= end for start, end in self.turns)
+        return self.leads_nose and not turning and self.sigma_at(t) > 0.0
+
     def is_near_sigma_event(self, t: float) -> bool:
         return any(abs(t - event) < SIGMA_WINDOW_S for event in self.sigma_events)
 
@@ -146,7 +151,8 @@ def _rows(duration: float) -> Array:
 def path_of(plan: Plan) -> Path:
     """The plan's table. Its last row lies at or just after the plan's end, where it is at rest."""
     t = _rows(plan.T)
-    return Path(plan.trajectory.derivatives(t, 5), plan.rates(t), plan.sigma_events, plan.mode != "paper")
+    leads_nose = plan.mode != "paper"
+    return Path(plan.trajectory.derivatives(t, 5), plan.rates(t), plan.sigma_events, leads_nose, plan.turns or ())
 
 
 def approach(state: TelemetryLike, position: ArrayLike, yaw: float) -> Path:
@@ -231,7 +237,7 @@ class References:
             }
 
         now = _flat(planned)
-        if path.leads_nose:
+        if path.leads_nose_at(t):
             tried = self._loop.copy().step(**asked(now) | {"lead_rate": np.zeros(3)})
             now = _flat(_nose_led(planned, path.rate_at(t)[2], tried))
         return self._loop.step(**asked(now))

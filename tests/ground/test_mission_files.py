@@ -338,6 +338,8 @@ def plan_text(**changes: Any) -> str:
 
 
 HEADER = "QGC WPL 110\n"
+PLACE = "[[waypoint]]\nposition_m = [{}, 0, 5]\n"
+TILTED = PLACE.format(0) + PLACE.format(4) + "{}\n" + PLACE.format(8)
 ROW = "{}\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5456\t10\t1\n"
 
 
@@ -373,7 +375,7 @@ ROW = "{}\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5456\t10\t1\n"
         ("m.waypoints", HEADER + ROW.format(0).replace("47.3978", "inf"), 0, "param 5 is infinite"),
         ("m.waypoints", HEADER + ROW.format(0).replace("47.3978", "300"), 0, "x = 3000000000"),
         ("m.toml", "name = ", None, "is not TOML"),
-        ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\n", None, "at least 2"),
+        ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\n", None, "nothing is flown"),
         ("m.toml", "[[waypoint]]\nposition_m = [0, 0]\n" * 2, None, "waypoint 0 position_m"),
         ("m.toml", "[[waypoint]]\nposition_m = [0, 0, inf]\n" * 2, None, "finite"),
         ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\nspin = 2\n" * 2, None, "waypoint 0 spin"),
@@ -381,7 +383,21 @@ ROW = "{}\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5456\t10\t1\n"
         ("m.toml", "[[waypoint]]\nlat_deg = 1.0\n" * 2, 0, "position_m alone"),
         ("m.toml", 'frame = "geodetic"\n' + "[[waypoint]]\nlat_deg = 1.0\n" * 2, 0, "lat_deg, lon_deg and alt_m"),
         ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\nvelocity_m_s = [1, 0, 0]\n" * 2, 0, "at rest"),
-        ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\nupright = false\n" * 2, 0, "upright cannot be flown yet"),
+        ("m.toml", "[[waypoint]]\nposition_m = [0, 0, 1]\nupright = false\n" * 2, 0, "begins upright"),
+        ("m.toml", TILTED.format("attitude = {}"), 1, "either roll_deg and pitch_deg or a quaternion"),
+        ("m.toml", TILTED.format("attitude = {quaternion = [1, 1, 0, 0]}"), 1, "length 1.41"),
+        (
+            "m.toml",
+            TILTED.format("attitude = {roll_deg = 30}\nacceleration_m_s2 = [0, 0, 1]"),
+            1,
+            "attitude and acceleration are both given",
+        ),
+        ("m.toml", TILTED.format("velocity_m_s = [1, 0, 0]\ndirection = [1, 0, 0]"), 1, "direction of velocity"),
+        ("m.toml", TILTED.format("attitude = {roll_deg = 30}\nbody_rate_deg_s = [9, 0, 0]"), 1, "give both, too"),
+        ("m.toml", TILTED.format("attitude = {roll_deg = 30}\nhold_s = 1"), 1, "moves at the same time"),
+        ("m.toml", TILTED.format("") + '[[manoeuvre]]\nat = 3\nkind = "flip"\n', None, "the last one is 2"),
+        ("m.toml", TILTED.format("") + '[[manoeuvre]]\nat = 1\nkind = "spin"\n', None, "manoeuvre 0"),
+        ("m.toml", TILTED.format("") + '[[manoeuvre]]\nat = 1\nkind = "flip"\nturns = 0.3\n', None, "multiple of 0.5"),
         ("m.toml", "waypoint = 3\n", None, "waypoint"),
         ("m.csv", "", None, "header"),
         ("m.csv", "a,b\n1,2\n", None, "lat,lon,alt or x,y,z"),

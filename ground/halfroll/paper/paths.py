@@ -66,7 +66,8 @@ def shortest_climb(vehicle: Vehicle, heights: Sequence[float] = CLIMB_HEIGHTS_M)
     """Through these heights in the least time that the rotors allow.   Eqs 25-27"""
     nodes = np.stack(_climb_nodes(heights, 0.0))
     legs = len(heights) - 1
-    return _plan(vehicle, solve(nodes, shortest(Stretch(nodes, np.full(legs, np.inf)), vehicle, rotor_limits(vehicle))))
+    stretch = Stretch(nodes, np.full(legs, np.inf), nodes[:, 0, :3])
+    return _plan(vehicle, solve(nodes, shortest(stretch, vehicle, rotor_limits(vehicle))))
 
 
 def _climb_nodes(heights: Sequence[float], start_m: float) -> list[Array]:
