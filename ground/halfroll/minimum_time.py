@@ -329,7 +329,8 @@ class Search:
         slope = ((self._of_many(perturbed, values) - here) / _STEP)[:, critical].T  # (n, copies)
         of_leg = np.nonzero(critical)[1]
         by = np.arange(copies)
-        leg = by + copies * np.rint((of_leg[:, None] - by) / copies).astype(int)  # the nearest of that colour
+        shift = np.rint((of_leg[:, None] - by) / copies) if legs > copies else np.zeros((len(of_leg), copies))
+        leg = by + copies * shift.astype(int)  # the nearest of that colour
         inside = (leg >= 0) & (leg < legs)
         row = np.broadcast_to(np.arange(len(of_leg))[:, None], leg.shape)
         over_times = csr_array((slope[inside], (row[inside], leg[inside])), shape=(len(of_leg), legs))

@@ -261,6 +261,7 @@ def flight(monkeypatch, fly_circle, circle):
             interval_p99_s=0.0112,
             commands_sha256="ab" * 32,
             notes=("item 4: LAND where the mission ends",),
+            board=None,
         )
 
     monkeypatch.setitem(sys.modules, "halfroll.flight", SimpleNamespace(fly=fly))
