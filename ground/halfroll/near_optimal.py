@@ -51,6 +51,7 @@ KEPT_YAW = Yaw("given")  # upside down the nose keeps its direction
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _SPARE = 1e-5  # relative margin left for the proof
 _SPARES = 4  # times as much is asked where the proof fails, so many times
+_REVERSE_PAYS = 0.002  # of the time, or rotors are not asked to push down: the gentler flight is easier to follow
 _HOPELESS = 0.1  # relative excess of a limit from which nothing is repaired where speeds or times are given
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
 # Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
@@ -374,7 +375,9 @@ def _stretch_planned(
         if len(flights) == 1 or (search.recipe.two_starts and not search.interrupted):
             start = _warm_start(setup, constraints)
             flights.append(search.planned(start, constraints))
-        found = min((flight for flight in flights if flight is not None), key=lambda flight: flight.total, default=None)
+        shortest = min((one for one in flights if one is not None), key=lambda one: one.total, default=None)
+        if found is None or shortest is None or shortest.total < (1.0 - _REVERSE_PAYS) * found.total:
+            found = shortest
         if search.interrupted:
             break
     if found is None:
