@@ -35,13 +35,14 @@ Progress = Callable[[float, int], None]  # total time of the best so far, iterat
 
 _SAMPLES, _FINE_SAMPLES = 32, 96  # of each leg while searching, and while repairing
 _DERIVATIVES = 5
+_INSIDE = 1e-3  # of a leg
 _STEP = 1e-5  # of log duration, for differences
 _WINDOW = 25  # legs
 _CRITICAL, _ALL_BELOW = 0.15, 0.02  # margins in the linear program; of many samples only minima between the two
 _TRUST_START, _TRUST_MAX, _TRUST_MIN = 0.1, 0.4, 2e-4
 _ITERATIONS = 60
 _REPAIRS = 5
-_SPARE = 1e-7
+_SPARE = 1e-6  # relative margin left for the proof
 _GAIN_MIN = 1e-6  # of the total time
 _POLISHED_LEGS = 8
 _POLISH_WITHIN = 0.1  # of log duration
@@ -54,7 +55,9 @@ _PENALTY = 30.0  # relative time a unit of relative violation costs
 
 
 def _table(samples: int) -> Array:
-    return np.stack([monomials(np.arange(samples + 1) / samples, d) for d in range(_DERIVATIVES)])
+    """The ends a little inside: where the thrust changes its sign the outputs have no value, only a limit on each side."""
+    tau = np.clip(np.arange(samples + 1) / samples, _INSIDE, 1.0 - _INSIDE)
+    return np.stack([monomials(tau, d) for d in range(_DERIVATIVES)])
 
 
 _TABLES = {samples: _table(samples) for samples in (_SAMPLES, _FINE_SAMPLES)}
@@ -210,9 +213,6 @@ class Search:
             speed_max=self.speed_max[:, None],
             exempt=vertical and self.vehicle.variable_pitch,
         )
-        if sign is not None:  # at F = 0 itself the outputs have a limit that these samples do not know
-            changes = np.flatnonzero(np.diff(sign))
-            found[:, :, changes, -1] = found[:, :, changes + 1, 0] = 1.0
         return np.moveaxis(found, 0, 1) - self.tightened[:, :, None]
 
     @property
@@ -364,9 +364,10 @@ class Search:
         return self.stretch.slowed(trial, high)
 
     def tighten(self, trial: Array, found: Margins) -> None:
-        """Ask more where the dense check found peaks that the samples missed."""
+        """Ask more where the dense check found peaks that the samples missed. Where a slower flight is no easier one,
+        only of what fails: nothing else mends it, and what is asked too much leads away."""
         missed = self.sampled(trial).min(axis=-1) + self.tightened - found.by_segment
-        near = found.by_segment < 0.01
+        near = found.by_segment < (0.01 if self.stretch.thrust_sign is None else _SPARE)
         self.tightened = np.where(near, np.maximum(self.tightened, 1.05 * missed + 1e-6), self.tightened)
 
     def stretch_until_checked(self, trial: Array, most: float) -> Array | None:
@@ -465,9 +466,10 @@ def _repaired(search: Search, trial: Array) -> Array | None:
     few = len(trial) <= _POLISHED_LEGS
     if few:
         trial = search.polish(trial)
-    for _ in range(_REPAIRS):
+    stretchable = search.stretch.thrust_sign is None
+    for _ in range(_REPAIRS if stretchable else 3 * _REPAIRS):
         found = search.check(trial)
-        if found.worst.relative > -2e-5:
+        if found.worst.relative > (-2e-5 if stretchable else _SPARE):
             break
         search.tighten(trial, found)
         trial = search.descend(trial, trust=0.01, iterations=20)
