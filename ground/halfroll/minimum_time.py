@@ -55,7 +55,7 @@ _PENALTY = 30.0  # relative time a unit of relative violation costs
 
 
 def _table(samples: int) -> Array:
-    """The ends a little inside: where the thrust changes its sign the outputs have a limit on each side, and no value."""
+    """The ends a little inside: where the thrust changes its sign the outputs have a limit on each side, no value."""
     tau = np.clip(np.arange(samples + 1) / samples, _INSIDE, 1.0 - _INSIDE)
     return np.stack([monomials(tau, d) for d in range(_DERIVATIVES)])
 
