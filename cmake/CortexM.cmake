@@ -15,7 +15,3 @@ set(CMAKE_CXX_FLAGS_INIT "-mcpu=${HALFROLL_MCU} -mthumb -mfloat-abi=hard -mfpu=$
 -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit -fno-unwind-tables -fno-asynchronous-unwind-tables")
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG" CACHE STRING "smaller than -O3, and no slower without caches")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections --specs=nano.specs --specs=nosys.specs")
-find_program(CCACHE ccache)
-if(CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
-endif()

@@ -28,6 +28,9 @@ _REFINE_BELOW = 0.02  # relative margin under which every local extremum is refi
 _REFINE_ROUNDS, _REFINE_POINTS = 6, 9
 
 
+RATE_ROOM = 1.3  # lags are planned with as if they were so much longer: feedback needs some of the rate
+
+
 @dataclass(frozen=True)
 class Drive:
     """How rotors follow commands, and the commands they take [N]: what limits how quickly thrust can change.
@@ -46,7 +49,8 @@ class Drive:
     @classmethod
     def of(cls, vehicle: Vehicle, command_min: float, command_max: float) -> Drive:
         rotor = vehicle.rotor
-        return cls(rotor.lag_s, rotor.lag_down_s, not vehicle.variable_pitch, command_min, command_max)
+        lag_up, lag_down = RATE_ROOM * rotor.lag_s, RATE_ROOM * rotor.lag_down_s
+        return cls(lag_up, lag_down, not vehicle.variable_pitch, command_min, command_max)
 
 
 @dataclass(frozen=True)

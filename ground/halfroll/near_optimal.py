@@ -94,19 +94,21 @@ class _Recipe:
 
 def _recipe(mode: Mode, legs: int, limits: Limits) -> _Recipe:
     """Short courses get many knots, on one or two legs with free times; long ones few. The first level need not be
-    exact: where it stops, the next begins. For thrusts alone on one or two legs walls are quicker."""
+    exact: where it stops, the next begins. For thrusts alone on one or two legs walls are quicker; where motor speeds
+    are limited, they end in flights that are easier to follow."""
     coarse = _Rung(1, 16, 0.3, 60, 3e-4)
     best = mode == "best"
+    walls = limits.drive is not None and limits.drive.of_speed
     if legs <= 2:
         ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4))
         rates = limits.drive is not None or limits.rotor_rate_max is not None
-        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None, elastic=rates)
+        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None, elastic=rates and not walls)
     if legs <= 8:
         ladder = (coarse, _Rung(3, 16, 3e-3, 120, 1e-4))
-        return _Recipe(ladder, True, _Rung(9, 24, 1e-3, 150) if best else None, two_starts=best)
+        return _Recipe(ladder, True, _Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
     if legs <= 100:
         ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4))
-        return _Recipe(ladder, True, _Rung(4, 16, 2e-3, 150) if best else None)
+        return _Recipe(ladder, True, _Rung(4, 16, 2e-3, 150) if best else None, elastic=not walls)
     return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False)
 
 

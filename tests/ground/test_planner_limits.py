@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from halfroll import preflight
 from halfroll.errors import HalfrollError, InfeasibleSegment, InputError, MissionError
 from halfroll.flatness import UPRIGHT, inverse_dynamics
-from halfroll.limits import SETTABLE, Drive, Limits, changed
+from halfroll.limits import RATE_ROOM, SETTABLE, Drive, Limits, changed
 from halfroll.mission import Fence, PlanOptions, Rules, Waypoint, Yaw
 from halfroll.near_optimal import limits_of, plan_in_mode, plan_near_optimal
 from halfroll.vehicle import load_vehicle
@@ -96,8 +96,8 @@ def test_straight_up_the_rates_are_limited_too(vehicle):
 
 
 def test_the_drive_of_a_vehicle_is_what_its_file_says():
-    assert Drive.of(FP, 0.45, 2.7) == Drive(0.12, 0.12, True, 0.45, 2.7)
-    assert Drive.of(VP, -2.7, 2.7) == Drive(0.018, 0.018, False, -2.7, 2.7)
+    assert Drive.of(FP, 0.45, 2.7) == Drive(RATE_ROOM * 0.12, RATE_ROOM * 0.12, True, 0.45, 2.7)
+    assert Drive.of(VP, -2.7, 2.7) == Drive(RATE_ROOM * 0.018, RATE_ROOM * 0.018, False, -2.7, 2.7)
     assert Limits.of(VP, "rotors").drive is None
 
 

