@@ -5,6 +5,7 @@ for the same manoeuvres; what they mean, and what of them an autopilot can store
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Literal
@@ -33,9 +34,9 @@ class Manoeuvre(BaseModel):
     at: Annotated[int, Field(ge=0)]
     kind: str
 
+    @abstractmethod
     def waypoints(self, start: Waypoint) -> list[Waypoint]:
         """After the start, in W (or whatever the start is in); the last one at rest."""
-        raise NotImplementedError
 
     def entries(self, flown: Sequence[Waypoint]) -> Items:
         """What an autopilot stores of it, and which of the waypoints belong to each item: here, its end."""
