@@ -14,10 +14,10 @@ fly: build
 
 test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
-	$(BIN)/pytest -m "not long"
+	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m "not long"
 
 test-long: build boards $(VENV)/clients
-	$(BIN)/pytest -m long
+	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m long
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
 hil: build boards

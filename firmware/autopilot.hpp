@@ -70,7 +70,7 @@ struct Boot {
 };
 
 /// One vehicle's firmware. A value: copying it copies the whole autopilot; equal states fly equal flights.
-class Autopilot : private MissionItems {
+class Autopilot final : private MissionItems {
  public:
   Autopilot(const Vehicle& vehicle, const Params& params, const Boot& boot = {});
 
@@ -132,7 +132,7 @@ class Autopilot : private MissionItems {
   void report_reached();
   FollowerTarget hold_target() const;
   void hold();
-  void hold_at(Vec3 position);
+  void hold_at(const Vec3& position);
   void turn_over(BodyAxis axis, float turns);
   void fly_manoeuvre();
   void fly_reference();

@@ -50,7 +50,7 @@ void OuterLoop::reset(const Quat& q_WB) {
 // A tick that is not finite (a NaN in the state or the plan) is not flown: attitude and thrust of the last one stay.
 Setpoint OuterLoop::step(const OuterLoopInput& in, const Params& params) {
   OuterLoop next = *this;
-  const Setpoint setpoint = next.advance(in, params);
+  Setpoint setpoint = next.advance(in, params);
   if (is_finite(setpoint.q_WD) && setpoint.w_WD_D.allFinite() && std::isfinite(setpoint.thrust) &&
       next.integral_.allFinite()) {
     *this = next;

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from system.gcs import Gcs
-from system.processes import halfroll, simulator
+from system.processes import free_instance, halfroll, simulator
 
 
 def test_parameters_travel_by_file(tmp_path: Path) -> None:
@@ -32,6 +32,6 @@ def test_parameters_travel_by_file(tmp_path: Path) -> None:
 
 
 def test_without_an_autopilot_it_says_so(tmp_path: Path) -> None:
-    said = halfroll("params", "export", tmp_path / "p.params", "--instance", "9")
+    said = halfroll("params", "export", tmp_path / "p.params", "--instance", str(free_instance()))
     assert said.code == 3
     assert "did not answer" in said.err
