@@ -110,11 +110,16 @@ OuterLoop::Feedback OuterLoop::feedback(const OuterLoopInput& in, const Params& 
   if (!in.on_ground && !thrust_cut_) {
     integral_ = (integral_ + position_error * kReferenceDt).cwiseMax(-kIntegralMax).cwiseMin(kIntegralMax);
   }
-  const Vec3 push = up_axis(in.state.q_WB) * modelled_thrust_ - params.drag * in.state.v_WB;
+  const Vec3 n_B = up_axis(in.state.q_WB);
+  const Vec3 push = n_B * modelled_thrust_ - params.drag * in.state.v_WB;
   const Vec3 acceleration = push / vehicle_.mass - gravity_up();
   const Vec3 acceleration_error = acceleration - in.at_sample.acceleration;
+  const Vec3 jerk =
+      -kp.cwiseProduct(velocity_error) - ki.cwiseProduct(position_error) - kd.cwiseProduct(acceleration_error);
+  // A body that is still turning over moves as its attitude makes it: no reason to turn the reference away meanwhile.
+  const float share = std::max(0.F, n_B.dot(thrust_axis_));
   return {-kp.cwiseProduct(position_error) - ki.cwiseProduct(integral_) - kd.cwiseProduct(velocity_error),
-          -kp.cwiseProduct(velocity_error) - ki.cwiseProduct(position_error) - kd.cwiseProduct(acceleration_error)};
+          share * jerk};
 }
 
 // A fixed-pitch vehicle cannot push down: its force never points below half its weight, and stands still there.

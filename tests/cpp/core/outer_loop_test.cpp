@@ -164,6 +164,18 @@ TEST_CASE("where feedback moves a reversal away from its event, the paper's rule
   }
 }
 
+TEST_CASE("while the body is more than a right angle off, feedback does not turn its reference; close to it, it does") {
+  const auto turning_at = [](double off) {
+    OuterLoop loop(oracle::paper_vehicle());
+    OuterLoopInput in = hovering();
+    in.state.q_WB = oracle::to_core(oracle::turn({0.0, off * oracle::kDegree, 0.0}));
+    return loop.step(in, Params{}).w_WD_D.norm();
+  };
+  for (const double off : {91.0, 120.0, 179.0, -100.0}) CHECK(turning_at(off) == 0.F);
+  CHECK(turning_at(30.0) > 1.F);
+  CHECK(turning_at(80.0) < turning_at(45.0));
+}
+
 TEST_CASE("hover asks for the weight upright, and for minus the weight upside down") {
   const Vehicle vehicle = oracle::paper_vehicle();
   OuterLoop upright(vehicle), inverted(vehicle);
