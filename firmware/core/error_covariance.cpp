@@ -12,44 +12,43 @@ using namespace error_state;
 constexpr std::array<float, 5> kLeast = {1e-10F, 1e-9F, 1e-10F, 1e-12F, 1e-9F};
 constexpr std::array<float, 5> kMost = {10.F, 1e4F, 1e6F, 1.F, 10.F};
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0.F, -v.z(), v.y(), v.z(), 0.F, -v.x(), -v.y(), v.x(), 0.F;
-  return m;
-}
+/// What the errors of now become over dt.
+struct Transition {
+  float half;     // dt / 2
+  Mat3 turned;    // -dt R
+  Vec3 faster_W;  // by the specific force
+
+  /// Of fifteen errors that stand `Apart` in memory.
+  template <int Apart>
+  void apply(float* errors) const {
+    const auto e = [errors](int n) -> float& { return errors[n * Apart]; };
+    const auto by_bias = [&](int j, int bias) {
+      return turned(j, 0) * e(bias) + turned(j, 1) * e(bias + 1) + turned(j, 2) * e(bias + 2);
+    };
+    for (int j = 0; j < 3; ++j) e(kPosition + j) += half * e(kVelocity + j);
+    for (int j = 0; j < 3; ++j) {
+      const int k = (j + 1) % 3, l = (j + 2) % 3;
+      e(kVelocity + j) += e(kAttitude + k) * faster_W(l) - e(kAttitude + l) * faster_W(k);
+      e(kVelocity + j) += by_bias(j, kAccelerometerBias);
+    }
+    for (int j = 0; j < 3; ++j) e(kPosition + j) += half * e(kVelocity + j);
+    for (int j = 0; j < 3; ++j) e(kAttitude + j) += by_bias(j, kGyroBias);
+  }
+};
 
 }  // namespace
 
-/// The three errors from `to` have become larger by m times those from `from`, which stay: P Phi^T by columns, and the
-/// same by rows, which symmetry gives but where those three meet themselves. What is 0 in m costs nothing.
-void ErrorCovariance::add(int to, int from, const Mat3& m) {
-  for (int j = 0; j < 3; ++j) {
-    for (int k = 0; k < 3; ++k) {
-      if (m(j, k) == 0.F) continue;
-      for (int i = 0; i < kSize; ++i) p_(i, to + j) += m(j, k) * p_(i, from + k);
-    }
-  }
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      if (m(i, k) == 0.F) continue;
-      for (int j = i; j < 3; ++j) p_(to + i, to + j) += m(i, k) * p_(from + k, to + j);
-    }
-    for (int j = i; j < 3; ++j) p_(to + j, to + i) = p_(to + i, to + j);
-  }
-  for (int j = to; j < to + 3; ++j) {
-    for (int i = 0; i < kSize; ++i) p_(j, i) = p_(i, j);
-  }
-}
-
-// Over dt:  attitude += -R dt gyro_bias;  velocity += -[faster]x attitude - R dt accelerometer_bias;
+// Over dt:  attitude += -R dt gyro_bias;  velocity += attitude x faster - R dt accelerometer_bias;
 //           position += dt times the mean of the velocity error before and after.
+// Phi P Phi^T: every row of P, then every column of that but the biases', which stay and are the rows already there.
 void ErrorCovariance::propagate(float dt, const Mat3& R_WB, const Vec3& faster_W, const InertialNoise& noise) {
-  const Mat3 turned = -dt * R_WB, half = 0.5F * dt * Mat3::Identity();
-  add(kPosition, kVelocity, half);
-  add(kVelocity, kAttitude, -cross_matrix(faster_W));
-  add(kVelocity, kAccelerometerBias, turned);
-  add(kPosition, kVelocity, half);
-  add(kAttitude, kGyroBias, turned);
+  const Transition over{0.5F * dt, -dt * R_WB, faster_W};
+  for (int i = 0; i < Columns::RowsAtCompileTime; ++i) over.apply<Columns::RowsAtCompileTime>(&p_(i, 0));
+  for (int j = 0; j < kGyroBias; ++j) over.apply<1>(&p_(0, j));
+  for (int j = 0; j < kGyroBias; ++j) {
+    for (int i = 0; i < j; ++i) p_(j, i) = p_(i, j);
+    for (int i = kGyroBias; i < kSize; ++i) p_(j, i) = p_(i, j);
+  }
   const float q = noise.accelerometer * dt;
   for (int j = 0; j < 3; ++j) {
     p_(kAttitude + j, kAttitude + j) += noise.gyro * dt;
@@ -64,13 +63,11 @@ void ErrorCovariance::propagate(float dt, const Mat3& R_WB, const Vec3& faster_W
 }
 
 // Number by number, as their noise is independent: nothing is inverted, and no row of the observation has more than
-// five entries. P loses g g^T, g = P h / sqrt(h^T P h + R), which is symmetric to the last bit; distances add up.
+// five entries. A number makes P lose g g^T, g = P h / sqrt(h^T P h + R), which those after it must allow for.
 template <int N>
-float ErrorCovariance::fuse(const Observation<N>& seen, ErrorVector& found) {
+float ErrorCovariance::look(const Observation<N>& seen, Findings& found) const {
   float distance2 = 0.F;
   for (int n = 0; n < N; ++n) {
-    ErrorVector g = ErrorVector::Zero();  // P h
-    float spread = seen.variance(n), unexplained = seen.innovation(n);
     const auto each = [&](const auto& use) {
       if (seen.position != 0.F) use(kPosition + seen.axis + n, seen.position);
       if (seen.velocity != 0.F) use(kVelocity + seen.axis + n, seen.velocity);
@@ -78,26 +75,44 @@ float ErrorCovariance::fuse(const Observation<N>& seen, ErrorVector& found) {
         if (seen.attitude(n, k) != 0.F) use(kAttitude + k, seen.attitude(n, k));
       }
     };
+    Eigen::Matrix<float, Findings::kRows, 1> g = Eigen::Matrix<float, Findings::kRows, 1>::Zero();  // P h
+    float spread = seen.variance(n), unexplained = seen.innovation(n);
     each([&](int entry, float h) {
-      for (int i = 0; i < kSize; ++i) g(i) += h * p_(i, entry);
-      unexplained -= h * found(entry);
+      g += h * p_.col(entry);
+      unexplained -= h * found.errors_(entry);
     });
+    for (int before = 0; before < found.count_; ++before) {
+      float known = 0.F;
+      each([&](int entry, float h) { known += h * found.gains_(entry, before); });
+      g -= known * found.gains_.col(before);
+    }
     each([&](int entry, float h) { spread += h * g(entry); });
     const float scale = 1.F / std::sqrt(spread);
     const float off = scale * unexplained;
     g *= scale;
     distance2 += off * off;
-    found += off * g;
-    for (int j = 0; j < kSize; ++j) {
-      for (int i = 0; i < kSize; ++i) p_(i, j) -= g(j) * g(i);
-    }
+    found.errors_ += off * g;
+    found.gains_.col(found.count_++) = g;
   }
-  for (int j = 0; j < kSize; ++j) p_(j, j) = std::max(p_(j, j), kLeast[static_cast<std::size_t>(j) / 3]);
   return distance2;
 }
 
-template float ErrorCovariance::fuse(const Observation<1>&, ErrorVector&);
-template float ErrorCovariance::fuse(const Observation<3>&, ErrorVector&);
+template float ErrorCovariance::look(const Observation<1>&, Findings&) const;
+template float ErrorCovariance::look(const Observation<3>&, Findings&) const;
+
+void ErrorCovariance::take(const Findings& found) {
+  const auto gains = found.gains_;
+  for (int j = 0; j < kSize; ++j) {
+    float* const p = &p_(0, j);
+    const int rows = (j | 3) + 1;  // down to the diagonal, in fours
+    for (int i = 0; i < rows; ++i) {
+      p[i] = p[i] - gains(j, 0) * gains(i, 0) - gains(j, 1) * gains(i, 1) - gains(j, 2) * gains(i, 2) -
+             gains(j, 3) * gains(i, 3) - gains(j, 4) * gains(i, 4) - gains(j, 5) * gains(i, 5);
+    }
+    p_(j, j) = std::max(p_(j, j), kLeast[static_cast<std::size_t>(j) / 3]);
+    for (int i = 0; i < j; ++i) p_(j, i) = p_(i, j);
+  }
+}
 
 void ErrorCovariance::set(int first, const Vec3& variance) {
   p_.middleRows<3>(first).setZero();

@@ -34,6 +34,21 @@ struct InertialNoise {
   float accelerometer_walk = 0.F;  // [m²/s⁵]
 };
 
+/// What up to six numbers seen at one instant tell of the errors. Nothing is believed before it is taken.
+class Findings {
+ public:
+  ErrorVector errors() const { return errors_.head<error_state::kSize>(); }
+
+ private:
+  friend class ErrorCovariance;
+  static constexpr int kMost = 6, kRows = 16;
+
+  /// Of each number P h by the standard deviation of its innovation, 0 where there is none; filled up to fours of rows.
+  Eigen::Matrix<float, kRows, kMost> gains_ = Eigen::Matrix<float, kRows, kMost>::Zero();
+  Eigen::Matrix<float, kRows, 1> errors_ = Eigen::Matrix<float, kRows, 1>::Zero();
+  int count_ = 0;
+};
+
 class ErrorCovariance {
  public:
   using Matrix = Eigen::Matrix<float, error_state::kSize, error_state::kSize>;
@@ -41,10 +56,12 @@ class ErrorCovariance {
   /// dt seconds on: R_WB in the middle, what the specific force added to the velocity, noise.
   void propagate(float dt, const Mat3& R_WB, const Vec3& faster_W, const InertialNoise& noise);
 
-  /// Take an observation in; its innovation is what the errors `found` so far in this instant do not explain. Returns
-  /// the Mahalanobis distance of that, squared, as seen from before: chi² of N when all is well.
+  /// Look at an observation after those `found` before in this instant: its innovation is what they do not explain.
+  /// Returns the Mahalanobis distance of that, squared, as seen from before: chi² of N when all is well.
   template <int N>
-  float fuse(const Observation<N>& seen, ErrorVector& found);
+  float look(const Observation<N>& seen, Findings& found) const;
+  /// Be as sure as what was found makes one.
+  void take(const Findings& found);
 
   /// Forget what is known of three errors: independent of the rest, with these variances.
   void set(int first, const Vec3& variance);
@@ -53,15 +70,17 @@ class ErrorCovariance {
 
   /// Largest standard deviation of the three errors from `first`.
   float deviation(int first) const;
-  const Matrix& matrix() const { return p_; }
+  float variance(int error) const { return p_(error, error); }
+  Matrix matrix() const { return p_.topRows<error_state::kSize>(); }
   auto state() const { return std::tie(p_); }
   bool operator==(const ErrorCovariance& o) const { return p_ == o.p_; }
 
  private:
-  void add(int to, int from, const Mat3& m);
   void keep_safe();
 
-  Matrix p_ = Matrix::Identity();
+  /// Symmetric. Columns are filled up to fours of rows, what a processor takes at once; nothing is in the last row.
+  using Columns = Eigen::Matrix<float, Findings::kRows, error_state::kSize>;
+  Columns p_ = Columns::Identity();
 };
 
 }  // namespace halfroll

@@ -149,11 +149,10 @@ class Estimator {
 template <int... N>
 bool Estimator::believe(const Params& params, const Observation<N>&... seen) {
   const float gate = params.est_gate * params.est_gate;
-  ErrorCovariance after = covariance_;
-  ErrorVector found = ErrorVector::Zero();
-  if (!((after.fuse(seen, found) < gate) && ...)) return false;
-  covariance_ = after;
-  inject(found);
+  Findings found;
+  if (!((covariance_.look(seen, found) < gate) && ...)) return false;
+  covariance_.take(found);
+  inject(found.errors());
   return true;
 }
 

@@ -131,7 +131,7 @@ void Estimator::see(const BarometerSample& sample, const Params& params) {
   if (!std::isfinite(sample.height) || !believed) return;
   grow(params);
   if (!placed_) return;
-  const float height_variance = covariance_.matrix()(kPosition + 2, kPosition + 2);
+  const float height_variance = covariance_.variance(kPosition + 2);
   const float noise = square(params.est_barometer_deviation);
   if (!barometer_.known) {
     barometer_ = {sample.t_us, sample.height - believed->p_WB.z(), height_variance + noise, true};

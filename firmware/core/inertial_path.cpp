@@ -63,7 +63,7 @@ std::optional<Motion> InertialPath::at(std::uint64_t t_us) const {
     end = start;
     end_us = start_us;
     const Stride& stride = steps_[end_us / kStrideUs % kStrides];
-    const Quat q_WB = normalised(end.q_WB * conj(stride.turn));
+    const Quat q_WB = end.q_WB * conj(stride.turn);  // of unit length to 1e-6 after as many as are remembered
     start = before(end, q_WB, rotate(q_WB, stride.faster), rotate(q_WB, stride.moved), seconds(kStrideUs));
     start_us -= kStrideUs;
   }

@@ -10,8 +10,8 @@ constexpr std::uint32_t kMagic = 0x324D5248;  // "HRM2"
 constexpr std::uint64_t kRequestAgainUs = 250000;
 constexpr std::uint64_t kRequestSoonestUs = 40000, kRoundTripsToWait = 3;  // for the first repetition
 constexpr std::uint64_t kGiveUpUs = 5000000;
-constexpr int kLooksPerStep = 128;  // of the whole-mission check
-constexpr int kNamedPerStep = 32;   // items hashed
+constexpr int kLooksPerStep = 32;  // of the whole-mission check
+constexpr int kNamedPerStep = 8;   // items hashed
 
 bool is_empty_set(std::uint8_t type) { return type == kTypeFence || type == kTypeRally; }
 
@@ -74,7 +74,7 @@ bool MissionService::may_write(std::uint8_t type, const Header& header, const Mi
     outbox.say(Severity::kWarning, "Mission: busy flying, change mode first");
     return false;
   }
-  return phase_ != Phase::kStoring && phase_ != Phase::kChecking;  // the answer is on its way
+  return phase_ == Phase::kIdle || phase_ == Phase::kReceiving;  // else the answer is on its way
 }
 
 void MissionService::begin(const Header& header, int first, int last, const MissionSituation& now, Outbox& outbox) {
@@ -169,13 +169,14 @@ void MissionService::clear(const Header& header, std::uint8_t type, const Missio
   store(now);
 }
 
-/// All items are here: judge them together, name them, then to disk; a few a step, for 2000 are more than one can bear.
+/// All items are here: judge them together, name them, then to disk. A few at once; more, piece by piece, by step().
 void MissionService::finish(const MissionSituation& now, Outbox& outbox) {
   phase_ = Phase::kChecking;
   check_.begin(static_cast<int>(upload().count), now.seq0_home);
-  go_on(now, outbox);
+  if (static_cast<int>(upload().count) <= kNamedPerStep) go_on(now, outbox);
 }
 
+/// One piece, for 2000 items are more than one step can bear.
 void MissionService::go_on(const MissionSituation& now, Outbox& outbox) {
   if (phase_ == Phase::kChecking) {
     const std::optional<MissionResult> result = check_.go_on(upload().items.data(), kLooksPerStep);
@@ -186,6 +187,7 @@ void MissionService::go_on(const MissionSituation& now, Outbox& outbox) {
     }
     phase_ = Phase::kNaming;
     naming_ = {};
+    if (static_cast<int>(upload().count) > kNamedPerStep) return;
   }
   const int rest = static_cast<int>(upload().count) - naming_.count();
   naming_.add(upload().items.data() + naming_.count(), std::min(kNamedPerStep, rest));

@@ -66,7 +66,7 @@ struct Vehicle {
   std::vector<TxFrame> upload(int count, const Header& from) {
     send(MissionCount{{}, static_cast<std::uint16_t>(count), 0, 0}, from);
     for (int i = 0; i < count; ++i) send(item(i), from);
-    wait(100000);  // a long mission is checked and named in pieces, 2000 items in 79 ms
+    wait(400000);  // a long mission is checked and named in pieces, 2000 items in 313 ms
     return write();
   }
 };
