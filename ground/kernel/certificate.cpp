@@ -1,5 +1,9 @@
 #include "certificate.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "dual.hpp"
 #include "inverse_dynamics.hpp"
 #include "samples.hpp"
@@ -10,58 +14,63 @@ namespace {
 
 constexpr int P = TaylorModel::kDegree;
 constexpr int kDeepest = 12;  // halvings of a piece
-constexpr int kFirstParts = 4;
+constexpr int kFirstParts = Pack::kWidth;
 
-/// Bernstein coefficients of the powers of t on [-1, 1].
-std::array<std::array<double, P + 1>, P + 1> bernstein() {
-  double binomial[P + 1][P + 1] = {};
-  for (int i = 0; i <= P; ++i) {
-    for (int j = 0; j <= i; ++j) binomial[i][j] = j == 0 || j == i ? 1.0 : binomial[i - 1][j - 1] + binomial[i - 1][j];
-  }
-  std::array<std::array<double, P + 1>, P + 1> matrix{};
-  for (int k = 0; k <= P; ++k) {
-    for (int j = 0; j <= k; ++j) {  // (2 x - 1)^k
-      const double power = binomial[k][j] * std::ldexp((k - j) % 2 == 0 ? 1.0 : -1.0, j);
-      for (int i = j; i <= P; ++i) matrix[i][k] += binomial[i][j] / binomial[P][j] * power;
-    }
-  }
-  return matrix;
-}
-
-/// One part of a piece: tau in [centre - half, centre + half], both exact.
+/// A part of a piece: tau in [centre - half, centre + half], both exact.
 struct Part {
   double centre, half;
   int depth;
 };
 
-double falling(int i, int r) {
-  double product = 1.0;
-  for (int j = 0; j < r; ++j) product *= i - j;
-  return product;
-}
+/// Four of them.
+struct Parts {
+  Pack centre, half;
+};
 
-/// Derivatives by time of one axis on a part.
-void model_axis(const Coefficients& piece, int axis, double duration, const Part& part,
-                std::array<TaylorModel, kSampled>& out) {
-  std::array<double, kOrder> shifted;
-  for (int i = 0; i < kOrder; ++i) shifted[i] = piece(i, axis);
-  for (int i = 0; i < kOrder; ++i) {
-    for (int j = kOrder - 2; j >= i; --j) shifted[j] += part.centre * shifted[j + 1];
+struct Falling {
+  double table[kSampled][kOrder] = {};  // i (i-1) .. (i-r+1)
+  constexpr Falling() {
+    for (int r = 0; r < kSampled; ++r) {
+      for (int i = 0; i < kOrder; ++i) {
+        table[r][i] = 1.0;
+        for (int j = 0; j < r; ++j) table[r][i] *= i - j;
+      }
+    }
   }
-  double time = 1.0;
-  for (int r = 0; r < kSampled; ++r, time /= duration) {
+};
+constexpr Falling kFalling;
+
+/// Derivatives first..last by time of one axis on parts of a piece.
+void model_axis(const Coefficients& piece, int axis, double duration, const Parts& parts, int first, int last,
+                std::array<TaylorModel, kSampled>& out) {
+  std::array<Pack, kOrder> terms, sizes;  // of t^i on the part; what was added up to them
+  for (int i = 0; i < kOrder; ++i) terms[i] = splat(piece(i, axis));
+  for (int i = 0; i < kOrder; ++i) {
+    for (int j = kOrder - 2; j >= i; --j) terms[j] += parts.centre * terms[j + 1];
+  }
+  const Pack end = parts.centre + parts.half;
+  Pack width = splat(1.0), reach = width;
+  for (int i = 0; i < kOrder; ++i, width = width * parts.half, reach = reach * end) {
+    terms[i] = width * terms[i];
+    sizes[i] = std::abs(piece(i, axis)) * reach;
+  }
+  const Pack by_width = inverse(duration * parts.half), by_reach = inverse(duration * end);
+  Pack scale = splat(1.0), size_scale = scale;
+  for (int r = 0; r <= last; ++r, scale = scale * by_width, size_scale = size_scale * by_reach) {
+    if (r < first) continue;
     TaylorModel& model = out[r] = TaylorModel{};
-    double reach = 1.0, sizes = 0.0, width = 1.0;
-    for (int i = 0; i + r < kOrder; ++i, reach *= part.centre + part.half, width *= part.half) {
-      const double term = falling(i + r, r) * shifted[i + r] * width * time;
+    Pack size{};
+    for (int i = 0; i + r < kOrder; ++i) {
+      const Pack term = kFalling.table[r][i + r] * (scale * terms[i + r]);
       if (i <= P) {
         model.c[i] = term;
       } else {
-        model.remainder += std::abs(term);
+        model.remainder += absolute(term);
       }
-      sizes += falling(i + r, r) * std::abs(piece(i + r, axis)) * reach * time;
+      size += kFalling.table[r][i + r] * (size_scale * sizes[i + r]);
     }
-    model.remainder += 8.0 * kUlp * (sizes + model.size());  // of the shift: 2 * 10 roundings of the sum of sizes
+    // of the shift: 2 * 10 roundings of the sum of sizes
+    model.remainder = (1.0 + kUlp) * model.remainder + 8.0 * kUlp * (size + model.size());
   }
 }
 
@@ -129,100 +138,104 @@ TaylorModel heading_row(const Motion& motion, const Heading& heading) {
   return cosine(yaw) * dx + sine(yaw) * dy - heading.cosine * (square * inverse_sqrt(square));
 }
 
-/// The rows of the constraints as models, in their order.
-std::vector<TaylorModel> rows_of(const Motion& motion, const PieceLimits& piece, const Constraints& constraints) {
+/// Where the rows of the constraints are on parts of a piece, in their order.
+HALFROLL_WIDE void enclose(const Coefficients& coefficients, double duration, const Parts& parts,
+                           const PieceLimits& piece, const Constraints& constraints, std::vector<Interval>& rows) {
+  Motion motion;
+  const bool rates = constraints.limits_rates();
+  for (int a = 0; a < kAxes; ++a) {
+    const int last = (a < 3 ? 4 : 2) + (rates ? 1 : 0);
+    model_axis(coefficients, a, duration, parts, constraints.lowest_order(a), last, motion.axes[a]);
+  }
   const Vehicle& v = constraints.vehicle();
   RowModels models;
   if (constraints.limits().vertical) {
     models.thrust[0] = 0.25 * v.mass * (motion.axes[2][2] + v.gravity);
     models.rate[0] = 0.25 * v.mass * motion.axes[2][3];
-  } else if (constraints.limits_rates()) {
+  } else if (rates) {
     models = models_of<Moving>(motion, v);
   } else {
     models = models_of<TaylorModel>(motion, v);
   }
   const Vec<TaylorModel> velocity = {motion.axes[0][1], motion.axes[1][1], motion.axes[2][1]};
-  std::vector<TaylorModel> rows;
+  rows.clear();
   for (const Row& row : constraints.rows()) {
     switch (row.quantity) {
-      case Quantity::kForce: rows.push_back(models.size); break;
-      case Quantity::kForceZ: rows.push_back(v.mass * (motion.axes[2][2] + v.gravity)); break;
-      case Quantity::kUprightness: rows.push_back(models.uprightness); break;
-      case Quantity::kRateSquared: rows.push_back(models.body_rate_squared); break;
-      case Quantity::kSpeedSquared: rows.push_back(dot(velocity, velocity)); break;
-      case Quantity::kHeight: rows.push_back(motion.axes[2][0]); break;
-      case Quantity::kHeading: rows.push_back(heading_row(motion, constraints.limits().heading)); break;
+      case Quantity::kForce: rows.push_back(range(models.size)); break;
+      case Quantity::kForceZ: rows.push_back(range(v.mass * (motion.axes[2][2] + v.gravity))); break;
+      case Quantity::kUprightness: rows.push_back(range(models.uprightness)); break;
+      case Quantity::kRateSquared: rows.push_back(range(models.body_rate_squared)); break;
+      case Quantity::kSpeedSquared: rows.push_back(range(dot(velocity, velocity))); break;
+      case Quantity::kHeight: rows.push_back(range(motion.axes[2][0])); break;
+      case Quantity::kHeading: rows.push_back(range(heading_row(motion, constraints.limits().heading))); break;
       case Quantity::kWall: {
         const Wall wall = piece.wall(row.wall);
-        rows.push_back(wall.x * motion.axes[0][0] + wall.y * motion.axes[1][0]);
+        rows.push_back(range(wall.x * motion.axes[0][0] + wall.y * motion.axes[1][0]));
         break;
       }
-      default: rows.push_back(rotor_row(row.terms, models));
+      default: rows.push_back(range(rotor_row(row.terms, models)));
     }
   }
-  return rows;
 }
 
 /// By how much a bound may be exceeded where its row is in this interval; NaN counts as infinitely much.
-double excess(const Bound& bound, const Interval& interval) {
-  const double over = bound.sign > 0.0 ? bound.limit - interval.low : interval.high - bound.limit;
+double excess(const Bound& bound, const Interval& interval, int lane) {
+  const double over = bound.sign > 0.0 ? bound.limit - interval.low.v[lane] : interval.high.v[lane] - bound.limit;
   return std::isnan(over) ? kNoLimit : over;
 }
 
 }  // namespace
-
-Interval range(const TaylorModel& a) {
-  static const auto matrix = bernstein();
-  Interval interval{kNoLimit, -kNoLimit};
-  for (const auto& row : matrix) {
-    double point = 0.0;
-    for (int k = 0; k <= P; ++k) point += row[k] * a.c[k];
-    interval.low = std::min(interval.low, point);
-    interval.high = std::max(interval.high, point);
-  }
-  const double spread = a.remainder + 8.0 * kUlp * a.size();  // |Bernstein coefficient of t^k| <= 1
-  if (!(spread < kNoLimit)) return {-kNoLimit, kNoLimit};
-  return {interval.low - spread, interval.high + spread};
-}
 
 Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<double>& durations,
                     const std::vector<PieceLimits>& limits, const Constraints& constraints) {
   Certificate result;
   const int bounds = static_cast<int>(constraints.bounds().size());
   double worst = 0.0;
+  std::vector<Bound> on_piece(bounds, Bound{});
+  std::vector<Part> open;
+  std::vector<Interval> rows;
   for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
-    std::vector<Bound> on_piece;
-    for (int b = 0; b < bounds; ++b) on_piece.push_back(constraints.on_piece(b, limits[k]));
-    std::vector<Part> open;
+    for (int b = 0; b < bounds; ++b) on_piece[b] = constraints.on_piece(b, limits[k]);
+    open.clear();
     for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 2});
     while (!open.empty()) {
-      const Part part = open.back();
-      open.pop_back();
-      ++result.intervals;
-      Motion motion;
-      for (int a = 0; a < kAxes; ++a) model_axis(pieces[k], a, durations[k], part, motion.axes[a]);
-      const std::vector<TaylorModel> rows = rows_of(motion, limits[k], constraints);
-      int exceeded = -1;
-      double relative = 0.0;
-      for (int b = 0; b < bounds; ++b) {
-        const double over = excess(on_piece[b], range(rows[on_piece[b].row])) / on_piece[b].scale;
-        if (over > relative) relative = over, exceeded = b;
+      const int count = std::min<int>(Pack::kWidth, static_cast<int>(open.size()));
+      std::array<Part, Pack::kWidth> taken;
+      Parts parts;
+      for (int lane = 0; lane < Pack::kWidth; ++lane) {
+        taken[lane] = open[open.size() - 1 - std::min(lane, count - 1)];
+        parts.centre.v[lane] = taken[lane].centre;
+        parts.half.v[lane] = taken[lane].half;
       }
-      if (exceeded < 0) continue;
-      if (part.depth < kDeepest) {
-        open.push_back({part.centre + part.half / 2.0, part.half / 2.0, part.depth + 1});
-        open.push_back({part.centre - part.half / 2.0, part.half / 2.0, part.depth + 1});
-        continue;
+      open.resize(open.size() - count);
+      result.intervals += count;
+      enclose(pieces[k], durations[k], parts, limits[k], constraints, rows);
+      bool refused = false;
+      for (int lane = count - 1; lane >= 0 && !refused; --lane) {
+        const Part& part = taken[lane];
+        int exceeded = -1;
+        double relative = 0.0;
+        for (int b = 0; b < bounds; ++b) {
+          const double over = excess(on_piece[b], rows[on_piece[b].row], lane) / on_piece[b].scale;
+          if (over > relative) relative = over, exceeded = b;
+        }
+        if (exceeded < 0) continue;
+        if (part.depth < kDeepest) {
+          open.push_back({part.centre + part.half / 2.0, part.half / 2.0, part.depth + 1});
+          open.push_back({part.centre - part.half / 2.0, part.half / 2.0, part.depth + 1});
+          continue;
+        }
+        if (result.proven || relative > worst) {
+          worst = relative;
+          result.piece = k;
+          result.bound = exceeded;
+          result.excess = relative * on_piece[exceeded].scale;
+        }
+        result.unproven.push_back(k);
+        result.proven = false;
+        refused = true;  // one is enough to refuse the piece
       }
-      if (result.unproven.empty() || result.unproven.back() != k) result.unproven.push_back(k);
-      if (result.proven || relative > worst) {
-        worst = relative;
-        result.piece = k;
-        result.bound = exceeded;
-        result.excess = relative * on_piece[exceeded].scale;
-      }
-      result.proven = false;
-      break;  // one is enough to refuse the piece
+      if (refused) break;
     }
   }
   return result;

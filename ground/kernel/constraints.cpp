@@ -1,5 +1,6 @@
 #include "constraints.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace halfroll::planner {
@@ -109,6 +110,7 @@ void Constraints::add_rotor_rates(int rotor) {
 }
 
 void Constraints::add(Quantity quantity, std::vector<Entry> entries, RotorTerms terms) {
+  for (const Entry& entry : entries) lowest_order_[entry.axis] = std::min(lowest_order_[entry.axis], entry.order);
   rows_.push_back({quantity, std::move(entries), terms});
 }
 

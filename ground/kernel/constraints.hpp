@@ -1,6 +1,7 @@
 // Limited quantities. Why: what holds at a time is one small list of rows, so a new limit is one more row, and solver,
 // repair and proof see nothing but margins. row_values.hpp says what they are at samples.
 #pragma once
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,6 +74,8 @@ class Constraints {
   bool limits_rates() const { return limits_rates_; }
   /// How many of the dynamic entries the rows depend on.
   int dynamic_entries() const;
+  /// The lowest derivative of an axis that any row depends on.
+  int lowest_order(int axis) const { return lowest_order_[axis]; }
   /// The bound as it is on a piece.
   Bound on_piece(int bound, const PieceLimits& piece) const;
 
@@ -86,6 +89,7 @@ class Constraints {
   std::vector<Row> rows_;
   std::vector<Bound> bounds_;
   bool limits_rates_ = false;
+  std::array<int, 4> lowest_order_{2, 2, 2, 0};  // of x, y, z, yaw: thrusts depend on these
 };
 
 inline int Constraints::dynamic_entries() const { return limits_rates_ ? kRateEntries : kDynamicEntries; }

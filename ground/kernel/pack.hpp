@@ -41,6 +41,12 @@ inline Pack& operator-=(Pack& a, const Pack& b) {
   a.v -= b.v;
   return a;
 }
+/// In each lane `a` where the comparison of two Lanes holds, else `b`.
+template <class Mask>
+inline Pack select(const Mask& holds, const Pack& a, const Pack& b) {
+  return {holds ? a.v : b.v};
+}
+inline Pack absolute(const Pack& a) { return select(a.v < 0.0, splat(0.0) - a, a); }
 inline double sum(const Pack& a) { return (a.v[0] + a.v[1]) + (a.v[2] + a.v[3]); }
 
 inline Pack inverse(const Pack& a) { return {1.0 / a.v}; }
