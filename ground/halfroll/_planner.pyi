@@ -67,12 +67,20 @@ class Problem:
         """
         Relative, the most negative of all limits; samples of each piece.
         """
+    def part(self, first: typing.SupportsInt | typing.SupportsIndex, last: typing.SupportsInt | typing.SupportsIndex) -> Problem:
+        """
+        Pieces first..last-1 between nodes that are given whole.
+        """
     def split(self, parts: typing.SupportsInt | typing.SupportsIndex) -> Problem:
         """
         Each piece cut into equal ones; the path does not change.
         """
     def stretched(self, factor: typing.SupportsFloat | typing.SupportsIndex) -> Problem:
         ...
+    def with_part(self, first: typing.SupportsInt | typing.SupportsIndex, part: Problem) -> Problem:
+        """
+        With the flight of a part whose first piece is `first` here.
+        """
     @property
     def coefficients(self) -> numpy.typing.NDArray[numpy.float64]:
         """

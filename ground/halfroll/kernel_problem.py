@@ -1,6 +1,6 @@
 """A course as the kernel's problem: which limits become which rows, what is given, and what no flight can meet.
 
-Why: near_optimal.py is the search and knows no single limit; here each limit of `Limits` gets its place in the kernel,
+Why: ladder.py is the search and knows no single limit; here each limit of `Limits` gets its place in the kernel,
 and what the kernel's proof refuses becomes a sentence for people.
 """
 

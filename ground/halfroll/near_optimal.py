@@ -2,16 +2,15 @@
 
 Why: the paper's polynomials are one piece a leg with continuity through the 8th derivative, which costs half as much
 time again. Here every leg has virtual knots, only what smooth rotor commands need is continuous (the 4th derivative),
-yaw is optimised too, and an interior-point method (the C++ kernel) moves all of it. This module is the recipe: how a
-course becomes the kernel's problem, from coarse to fine, repaired between the samples, proven, kept only if it wins.
-docs/planner.md explains each step.
+yaw is optimised too, and an interior-point method (the C++ kernel) moves all of it. This module is the order of things:
+stretch after stretch, first as if rotors could only push up, then with given times, kept only if it wins. ladder.py is
+the search itself. docs/planner.md explains each step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,9 @@ from halfroll import corridor
 from halfroll.aerobatics import turns_over
 from halfroll.arrivals import given_times, require_possible, shared_out, too_early
 from halfroll.course_nodes import CourseNode, checked_nodes
-from halfroll.errors import InfeasibleSegment, InputError, PlanError
+from halfroll.errors import InfeasibleSegment, InputError
 from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
+from halfroll.ladder import OTHER_LIMITS, SPARE, Mode, Search, recipe_for
 from halfroll.limits import Limits, changed
 from halfroll.mission import Demand, Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
 from halfroll.plan import (
@@ -41,189 +41,17 @@ from halfroll.proof import proven
 from halfroll.segments import PiecewisePolynomial, solve
 from halfroll.turning_room import require_room
 from halfroll.vehicle import Vehicle
+from halfroll.warm_start import warm_start
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-Mode = Literal["fast", "best"]
 
 FREE_YAW = Yaw("free")
 KEPT_YAW = Yaw("given")  # upside down the nose keeps its direction
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
-_SPARE = 1e-5  # relative margin left for the proof
-_SPARES = 4  # times as much is asked where the proof fails, so many times
 _REVERSE_PAYS = 0.002  # of the time, or rotors are not asked to push down: the gentler flight is easier to follow
-_HOPELESS = 0.1  # relative excess of a limit from which nothing is repaired where speeds or times are given
-_DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
-# Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
-# shifted:
-_COLD, _REFINED, _FINER, _REPAIR, _OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.1, 0.01), (0.02, 0.003), (1.0, 0.02)
 _FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
-_ROOM = 0.01  # relative margin at which the start needs no more slowing down
-_STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
-_SLOWINGS = (1.0, 1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
 _MORE_TIME = (1.01, 1.03, 1.1)  # for legs after a given time of arrival
-
-
-@dataclass(frozen=True)
-class _Rung:
-    """One level of refinement: pieces a leg, samples a piece, what the barrier may cost in the end (share of the time),
-    at most so many steps."""
-
-    pieces: int
-    samples: int
-    gap: float
-    steps: int
-    negligible: float = 3e-5  # a step that promises less, as a share of the time, ends a stage
-
-
-@dataclass(frozen=True)
-class _Recipe:
-    ladder: tuple[_Rung, ...]  # what `fast` climbs
-    tied: bool  # the pieces of a leg keep their shares of its time
-    finer: _Rung | None = None  # where `best` goes on from there
-    two_starts: bool = False  # variable pitch also from its own start, not only from the fixed-pitch flight
-    gap_factor: float = 0.15  # from stage to stage
-    curvature: float = 0.4  # share of the constraints': 0 takes more but cheaper steps, 1 is often indefinite
-
-    elastic: bool = True  # limits yield to long steps; of very many, some always would
-
-    @property
-    def rungs(self) -> tuple[_Rung, ...]:
-        return self.ladder if self.finer is None else (*self.ladder, self.finer)
-
-
-def _recipe(mode: Mode, legs: int, limits: Limits) -> _Recipe:
-    """Short courses get many knots, on one or two legs with free times; long ones few. The first level need not be
-    exact: where it stops, the next begins. For thrusts alone on one or two legs walls are quicker; where motor speeds
-    are limited, they end in flights that are easier to follow."""
-    coarse = _Rung(1, 16, 0.3, 60, 3e-4)
-    best = mode == "best"
-    walls = limits.drive is not None and limits.drive.of_speed
-    if legs <= 2:
-        ladder = (replace(coarse, samples=32), _Rung(4, 32, 2e-3, 120, 1e-4))
-        rates = limits.drive is not None or limits.rotor_rate_max is not None
-        return _Recipe(ladder, False, _Rung(8, 24, 1e-3, 150) if best else None, elastic=rates and not walls)
-    if legs <= 8:
-        ladder = (coarse, _Rung(3, 16, 3e-3, 120, 1e-4))
-        return _Recipe(ladder, True, _Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
-    if legs <= 100:
-        ladder = (coarse, _Rung(2, 16, 5e-3, 120, 1e-4))
-        return _Recipe(ladder, True, _Rung(4, 16, 2e-3, 150) if best else None, elastic=not walls)
-    return _Recipe((_Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False)
-
-
-@dataclass
-class _Search:
-    """The kernel on one stretch from rest to rest."""
-
-    recipe: _Recipe
-    moving: bool  # a velocity or higher derivative other than zero is given somewhere
-    progress: Callable[[float], None]
-    interrupted: bool = False
-
-    def minimise(
-        self,
-        problem: kernel.Problem,
-        constraints: kernel.Constraints,
-        rung: _Rung,
-        start: tuple[float, float],
-        spare: float = 0.0,
-    ) -> kernel.Problem:
-        """The solver, once; the problem itself if it is stopped before it has found anything inside the limits."""
-        gap, shift = start
-        better, feasible, interrupted, _ = kernel.minimise_time(
-            problem,
-            constraints,
-            samples=rung.samples,
-            gap_start=gap,
-            gap_end=rung.gap,
-            gap_factor=self.recipe.gap_factor,
-            negligible=rung.negligible,
-            iterations=rung.steps,
-            duration_min=_DURATION_MIN[problem.tied],
-            shift=shift,
-            curvature=self.recipe.curvature,
-            elastic=self.recipe.elastic,
-            spare=spare,
-            progress=self._told,
-        )
-        self.interrupted |= interrupted
-        return problem if interrupted and not feasible else better
-
-    def _told(self, total: float) -> bool:
-        try:
-            self.progress(total)
-        except KeyboardInterrupt:
-            return False
-        return True
-
-    def planned(self, start: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem | None:
-        """The recipe; where forces turn too quickly for its samples, again with three times as many; else the start."""
-        finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
-        for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
-            start.tied = tied
-            climbed = list(self.climb(start, constraints, ladder))
-            better = self.repaired(climbed[-1], constraints, ladder[len(climbed) - 1]) if climbed else None
-            if better is not None or self.interrupted:
-                break
-        if better is None and not self.moving:
-            better = self._slowed(start, constraints, 4 * ladder[0].samples, _SLOWINGS)
-        return better
-
-    def climb(
-        self, problem: kernel.Problem, constraints: kernel.Constraints, ladder: Sequence[_Rung]
-    ) -> Iterator[kernel.Problem]:
-        """From coarse to fine: splitting a piece does not change the path, so each level starts where one ended. The
-        last looks between its samples too."""
-        pieces = 1
-        for k, rung in enumerate(ladder):
-            if self.interrupted:
-                break
-            problem = problem.split(rung.pieces // pieces)
-            pieces = rung.pieces
-            spare = _SPARE if rung is ladder[-1] else 0.0
-            problem = self.minimise(problem, constraints, rung, _COLD if k == 0 else _REFINED, spare)
-            yield problem
-
-    def refined(self, flight: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem:
-        """The flight with more knots, if that makes it shorter."""
-        rung = self.recipe.finer
-        if rung is None or self.interrupted:
-            return flight
-        parts = rung.pieces * len(set(flight.leg)) // len(flight.durations)
-        problem = self.minimise(flight.split(max(parts, 1)), constraints, rung, _FINER, _SPARE)
-        return _shorter(flight, self.repaired(problem, constraints, rung)) or flight
-
-    def proven(self, problem: kernel.Problem, constraints: kernel.Constraints) -> bool:
-        return kernel.certify(problem.coefficients, problem.durations, problem.limits, constraints).proven
-
-    def repaired(self, problem: kernel.Problem, constraints: kernel.Constraints, rung: _Rung) -> kernel.Problem | None:
-        """The problem with a trajectory that is proven to stay inside the limits, or None.
-
-        Where the proof fails the solver goes on with more to spare; what is left then is stretched away.
-        """
-        spare = _SPARE
-        for _ in range(_SPARES):
-            if self.proven(problem, constraints):
-                return problem
-            hopeless = self.moving and problem.least_margin(constraints, rung.samples) < -_HOPELESS
-            if self.interrupted or hopeless:
-                break
-            spare *= 4.0
-            problem = self.minimise(problem, constraints, rung, _REPAIR, spare)
-        return self._slowed(problem, constraints, rung.samples, _STRETCHES)
-
-    def _slowed(
-        self, problem: kernel.Problem, constraints: kernel.Constraints, samples: int, factors: Sequence[float]
-    ) -> kernel.Problem | None:
-        """The least of these slowings-down by which the proof succeeds. Not where a speed is given: it would change."""
-        if self.moving:
-            return None
-        for factor in factors:
-            slower = problem.stretched(factor)
-            if slower.least_margin(constraints, 8 * samples) >= 0.5 * _SPARE and self.proven(slower, constraints):
-                return slower
-        return None
 
 
 def limits_of(vehicle: Vehicle, kind: LimitsKind = "mission", margin: float | None = None) -> Limits:
@@ -361,7 +189,7 @@ def _stretch_planned(
 ) -> tuple[kernel.Problem, tuple[Array, Array]]:
     """From rest to rest: (proven problem, smallest and largest thrust of each rotor)."""
     points, limits = setup.points, setup.limits
-    search = _Search(_recipe(mode, setup.stretch.legs, limits), setup.moves, told)
+    search = Search(recipe_for(mode, setup.stretch.legs, limits), setup.moves, told)
     tried = [limits]
     push = PUSHES_UP * setup.vehicle.rotor.thrust_max_N
     if limits.rotor_min < push - 1e-9:  # first as if the rotors could only push up
@@ -372,10 +200,10 @@ def _stretch_planned(
         flights: list[kernel.Problem | None] = [found]
         if found is not None and not setup.vertical:
             rung = search.recipe.ladder[-1]
-            problem = search.minimise(found, constraints, rung, _OTHER_LIMITS, _SPARE)
+            problem = search.minimise(found, constraints, rung, OTHER_LIMITS, SPARE)
             flights.append(search.repaired(problem, constraints, rung))
         if len(flights) == 1 or (search.recipe.two_starts and not search.interrupted):
-            start = _warm_start(setup, constraints)
+            start = warm_start(setup, constraints)
             flights.append(search.planned(start, constraints))
         shortest = min((one for one in flights if one is not None), key=lambda one: one.total, default=None)
         if found is None or shortest is None or shortest.total < (1.0 - _REVERSE_PAYS) * found.total:
@@ -396,7 +224,7 @@ def _stretch_planned(
 
 
 def _arriving(
-    search: _Search, setup: Setup, fastest: kernel.Problem, durations: Array, times: Sequence[tuple[int, float]]
+    search: Search, setup: Setup, fastest: kernel.Problem, durations: Array, times: Sequence[tuple[int, float]]
 ) -> kernel.Problem | None:
     """With the given times, and the legs after the last of them as short as they can be; `durations` are those of the
     legs of the fastest flight. If what is left of that hides peaks, they too get a little more time, and a fixed one.
@@ -413,7 +241,7 @@ def _arriving(
 
 
 def _in_times(
-    search: _Search, setup: Setup, near: kernel.Problem, durations: Array, timed: Sequence[bool]
+    search: Search, setup: Setup, near: kernel.Problem, durations: Array, timed: Sequence[bool]
 ) -> tuple[kernel.Problem | None, kernel.Problem]:
     """(proven, last tried) with these durations of the legs, some of them fixed: from a flight near it in space, or
     from the paper's polynomials."""
@@ -434,53 +262,5 @@ def _in_times(
     return better, problem
 
 
-def _shorter(one: kernel.Problem | None, other: kernel.Problem | None) -> kernel.Problem | None:
-    if one is None or other is None:
-        return one or other
-    return one if one.total <= other.total else other
-
-
 def _leg_durations(problem: kernel.Problem) -> Array:
     return np.bincount(problem.leg, problem.durations).astype(np.float64)
-
-
-def _warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem:
-    """The paper's polynomials, or stopping at every point where that is shorter (legs of very unequal length), in times
-    by distance, slowed down until they fit."""
-    nodes, fastest = setup.stretch.nodes, setup.fastest
-    guess = np.zeros_like(nodes)
-    guess[:, 0, :3] = [point.waypoint.position for point in setup.points]
-    distance = np.linalg.norm(np.diff(guess[:, 0, :3], axis=0), axis=1)
-    turn = np.abs(np.nan_to_num(np.diff(nodes[:, 0, 3])))
-    durations = 0.45 * np.sqrt(distance) + 0.12 + 0.2 * np.sqrt(turn)
-    durations[0] += 0.25 * np.sqrt(distance[0])
-    durations[-1] += 0.25 * np.sqrt(distance[-1])
-    durations = np.maximum(durations, 1.5 * distance / fastest)
-
-    def smooth(factor: float) -> kernel.Problem:
-        path = solve(nodes, factor * durations)
-        return setup.problem(path.derivatives(path.times, 5), factor * durations)
-
-    def stopping(factor: float) -> kernel.Problem:
-        return setup.problem(guess, factor * np.maximum(durations, 2.5 * distance / fastest))
-
-    makers = [smooth, stopping][: 1 if len(durations) == 1 else 2]
-    try:
-        solve(nodes, durations)
-    except PlanError:  # given accelerations can leave the paper's form undetermined
-        makers = [stopping]
-    starts = [_slow_enough(make, constraints) for make in makers]
-    return min(starts, key=lambda start: (max(0.0, _ROOM - start[1]), start[0].total))[0]
-
-
-def _slow_enough(
-    make: Callable[[float], kernel.Problem], constraints: kernel.Constraints
-) -> tuple[kernel.Problem, float]:
-    """(problem, least margin) at the first factor that leaves room in the limits, or that leaves the most."""
-    tried = []
-    for factor in 1.12 ** np.arange(32):
-        start = make(float(factor))
-        tried.append((start, start.least_margin(constraints, 48)))
-        if tried[-1][1] > _ROOM:
-            break
-    return max(tried, key=lambda start: min(start[1], _ROOM))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace halfroll::planner {
 namespace {
@@ -33,6 +34,32 @@ Problem Problem::split(int parts) const {
     }
   }
   return finer;
+}
+
+Problem Problem::part(int first, int last) const {
+  const auto pieces_of = [&](const auto& all) {
+    return std::decay_t<decltype(all)>(all.begin() + first, all.begin() + last);
+  };
+  const auto nodes_of = [&](const auto& all) {
+    return std::decay_t<decltype(all)>(all.begin() + first, all.begin() + last + 1);
+  };
+  Problem some = {{nodes_of(start.nodes), pieces_of(start.durations)},
+                  nodes_of(given),
+                  pieces_of(leg),
+                  pieces_of(limits),
+                  timed.empty() ? timed : pieces_of(timed),
+                  frozen,
+                  tied};
+  some.given.front().setConstant(true);
+  some.given.back().setConstant(true);
+  return some;
+}
+
+Problem Problem::with(int first, const Trajectory& better) const {
+  Problem all = *this;
+  std::copy(better.nodes.begin(), better.nodes.end(), all.start.nodes.begin() + first);
+  std::copy(better.durations.begin(), better.durations.end(), all.start.durations.begin() + first);
+  return all;
 }
 
 Unknowns::Unknowns(const Problem& problem) : problem_(problem) {

@@ -30,6 +30,10 @@ struct Problem {
   int pieces() const { return start.pieces(); }
   /// Each piece cut into `parts` equal ones; the path does not change. Frozen axes stay given.
   Problem split(int parts) const;
+  /// Pieces first..last-1 alone, between nodes that are given whole: whatever comes of it fits in their place.
+  Problem part(int first, int last) const;
+  /// With the flight of a part, whose first piece is `first` here.
+  Problem with(int first, const Trajectory& better) const;
 };
 
 /// Values of all unknowns.

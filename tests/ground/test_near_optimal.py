@@ -9,14 +9,18 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from halfroll import _planner as kernel
+from halfroll.course_nodes import checked_nodes
 from halfroll.errors import InfeasibleSegment
 from halfroll.flatness import UPRIGHT, inverse_dynamics
+from halfroll.kernel_problem import Setup
+from halfroll.ladder import Search, recipe_for
 from halfroll.limits import Limits
 from halfroll.mission import Waypoint, Yaw
 from halfroll.near_optimal import limits_of, plan_near_optimal
 from halfroll.plan import Plan, plan_course
 from halfroll.segments import solve_many
 from halfroll.vehicle import GRAVITY, load_vehicle
+from halfroll.warm_start import warm_start
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")
 CLIMB = [(0, 0, 1), (0, 0, 2)]
@@ -266,3 +270,27 @@ def test_a_long_course_is_planned_and_proven():
     plan = plan_near_optimal(points(course), FP, limits_of(FP, "rotors"), "fast")
     assert plan.certified
     assert plan.T / 119 < 0.96
+
+
+def test_what_fails_in_a_long_flight_is_flown_anew_in_a_window_and_the_rest_stays():
+    course = np.random.default_rng(3).uniform((-5, -5, 0.5), (5, 5, 3.5), (120, 3))
+    limits = limits_of(FP, "rotors")
+    setup = Setup.of(checked_nodes(points(course), FP, limits), FP, limits, Yaw("free"), ())
+    constraints = setup.constraints(limits)
+    search = Search(recipe_for("fast", 119, limits), False, lambda _: None)
+    flight = search.planned(warm_start(setup, constraints), constraints)
+
+    assert search.proven(flight, constraints)
+    hasty = flight.with_part(60, flight.part(60, 62).stretched(0.97))  # three nodes are passed too fast
+    assert not search.proven(hasty, constraints)
+    mended = search.mended(hasty, constraints, search.recipe.ladder[-1])
+    assert search.proven(mended, constraints)
+    assert mended.durations[:40] + mended.durations[80:] == flight.durations[:40] + flight.durations[80:]
+
+
+@pytest.mark.long
+def test_ten_thousand_random_points_are_planned_and_proven():
+    course = np.random.default_rng(1).uniform((-5, -5, 0.5), (5, 5, 3.5), (10_000, 3))
+    plan = plan_near_optimal(points(course), FP, limits_of(FP, "rotors"), "fast")
+    assert plan.certified
+    assert plan.T / 9999 < 0.945
