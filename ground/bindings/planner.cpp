@@ -169,7 +169,8 @@ void bind_problem(py::module_& m) {
           "factor"_a)
       .def("part", &Problem::part, "first"_a, "last"_a, "Pieces first..last-1 between nodes that are given whole.")
       .def(
-          "with_part", [](const Problem& problem, int first, const Problem& part) { return problem.with(first, part.start); },
+          "with_part",
+          [](const Problem& problem, int first, const Problem& part) { return problem.with(first, part.start); },
           "first"_a, "part"_a, "With the flight of a part whose first piece is `first` here.")
       .def_readwrite("tied", &Problem::tied, "Whether the pieces of a leg keep their shares of its time.")
       .def_property_readonly("nodes", [](const Problem& p) { return nodes_to(p.start.nodes); })

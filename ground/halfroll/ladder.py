@@ -23,7 +23,7 @@ _HOPELESS = 0.1  # relative excess of a limit from which nothing is repaired whe
 _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free knots would otherwise make slivers
 # Where the barrier starts (what it costs, as a share of the time), and below which relative margin the limits start
 # shifted:
-_COLD, _REFINED, _FINER, _REPAIR, OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.1, 0.01), (0.02, 0.003), (1.0, 0.02)
+_COLD, _REFINED, _FINER, _REPAIR, OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.1, 0.01), (0.02, 0.003), (0.03, 0.003)
 _STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
 _SLOWINGS = (1.0, 1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
 

@@ -84,8 +84,8 @@ HALFROLL_WIDE TaylorModel operator*(const TaylorModel& a, const TaylorModel& b) 
     out.c[k] = sum;
   }
   const Pack size_a = a.size(), size_b = b.size();
-  out.remainder = (1.0 + kRoundings) * (beyond(a.c, b.c) + size_a * b.remainder + size_b * a.remainder +
-                                        a.remainder * b.remainder) +
+  out.remainder = (1.0 + kRoundings) *
+                      (beyond(a.c, b.c) + size_a * b.remainder + size_b * a.remainder + a.remainder * b.remainder) +
                   kRoundings * (size_a * size_b);
   return out;
 }

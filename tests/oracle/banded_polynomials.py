@@ -16,6 +16,8 @@ _AT_END = _FALLING
 _HERMITE = np.linalg.inv(np.vstack([_AT_START[:GIVEN], _AT_END[:GIVEN]]))
 _START_JUMP = _AT_START[GIVEN:] @ _HERMITE
 _END_JUMP = _AT_END[GIVEN:] @ _HERMITE
+_LARGEST = np.abs(np.hstack([_START_JUMP, _END_JUMP])).max(axis=1, keepdims=True)
+_START_ROWS, _END_ROWS = _START_JUMP / _LARGEST, _END_JUMP / _LARGEST
 
 FIFTH = np.diag(_FALLING[GIVEN, GIVEN:]) @ _HERMITE[GIVEN:]  # (5, 10): powers 0..4 of the 5th derivative from the ends
 GRAM = 1.0 / (np.arange(5)[:, None] + np.arange(5) + 1.0)  # integrals of products of those powers
@@ -28,15 +30,14 @@ def solve_many(given, durations):
     """
     B, N = durations.shape
     h = np.empty((B, N + 1))
-    h[:, 1:-1] = np.sqrt(durations[:, :-1] * durations[:, 1:])
+    np.sqrt(durations[:, :-1] * durations[:, 1:], out=h[:, 1:-1])
     h[:, 0], h[:, -1] = durations[:, 0], durations[:, -1]
-    d = np.arange(GIVEN)
-    left = (durations / h[:, :-1])[..., None] ** d  # (B, N, 5): scaled node unknown -> tau-derivative of the piece
-    right = (durations / h[:, 1:])[..., None] ** d
-    scaled_given = np.nan_to_num(given, nan=0.0) * h[:, :, None, None] ** d[:, None]  # (B, N+1, 5, 4)
+    left = _powers(durations / h[:, :-1], GIVEN)  # (B, N, 5): scaled node unknown -> tau-derivative of the piece
+    right = _powers(durations / h[:, 1:], GIVEN)
+    free = np.isnan(given)  # (N+1, 5, 4)
+    scaled_given = np.where(free, 0.0, given) * _powers(h, GIVEN)[..., None]  # (B, N+1, 5, 4)
 
     unknown = np.empty((B, N + 1, GIVEN, AXES))
-    free = np.isnan(given)  # (N+1, 5, 4)
     for mask, axes in _axes_by_mask(free):
         if not mask.any():
             unknown[..., axes] = scaled_given[..., axes]
@@ -45,6 +46,15 @@ def solve_many(given, durations):
             unknown[..., axes] = _solve_blocks(blocks, scaled_given[..., axes])
     ends = np.concatenate([unknown[:, :-1] * left[..., None], unknown[:, 1:] * right[..., None]], axis=2)
     return np.asarray(_HERMITE @ ends)
+
+
+def _powers(x, count, first=0):
+    """(..., count): x to the powers first, first + 1, ..."""
+    out = np.empty((*x.shape, count))
+    out[..., 0] = x**first
+    for i in range(1, count):
+        np.multiply(out[..., i - 1], x, out=out[..., i])
+    return out
 
 
 def _axes_by_mask(free):
@@ -64,43 +74,47 @@ def _blocks(free, durations, h, left, right):
     """(B, N+1, 5, 15): the rows of each node against the unknowns of the node before, its own, and the one after.
 
     Row d of a node is `scaled unknown = given` or, if d is the j-th free derivative there, continuity of derivative
-    5 + j. Rows are divided by their largest entry.
+    5 + j, over the largest that any of its entries can be.
     """
     B, nodes = h.shape
     rows = np.zeros((B, nodes, GIVEN, 3 * GIVEN))
-    r = np.arange(GIVEN, ORDER)
-    before = (h[:, 1:-1] / durations[:, :-1])[..., None, None] ** r[:, None] * _END_JUMP  # piece that ends at the node
-    after = (h[:, 1:-1] / durations[:, 1:])[..., None, None] ** r[:, None] * _START_JUMP
-    rows[:, 1:-1, :, :5] = before[..., :5] * left[:, :-1, None, :]
-    rows[:, 1:-1, :, 5:10] = before[..., 5:] * right[:, :-1, None, :] - after[..., :5] * left[:, 1:, None, :]
-    rows[:, 1:-1, :, 10:] = -after[..., 5:] * right[:, 1:, None, :]
+    before, after = h[:, 1:-1] / durations[:, :-1], h[:, 1:-1] / durations[:, 1:]
+    larger = np.maximum(before, after)
+    before = _powers(before / larger, GIVEN, GIVEN)[..., None]  # the piece that ends at the node
+    after = _powers(after / larger, GIVEN, GIVEN)[..., None]
+    inner = rows[:, 1:-1]
+    np.multiply(before * left[:, :-1, None], _END_ROWS[:, :GIVEN], out=inner[..., :GIVEN])
+    np.multiply(before * right[:, :-1, None], _END_ROWS[:, GIVEN:], out=inner[..., GIVEN : 2 * GIVEN])
+    inner[..., GIVEN : 2 * GIVEN] -= after * left[:, 1:, None] * _START_ROWS[:, :GIVEN]
+    np.multiply(after * right[:, 1:, None], -_START_ROWS[:, GIVEN:], out=inner[..., 2 * GIVEN :])
 
     continuity = np.maximum(np.cumsum(free, axis=1) - 1, 0)  # (nodes, 5): which continuity row a free derivative takes
     rows = rows[:, np.arange(nodes)[:, None], continuity]
-    identity = np.eye(GIVEN, 3 * GIVEN, GIVEN)
-    rows = np.where(free[None, :, :, None], rows, identity)
-    return np.asarray(rows / np.abs(rows).max(axis=-1, keepdims=True))
+    rows *= free[:, :, None]
+    d = np.arange(GIVEN)
+    rows[:, :, d, GIVEN + d] += ~free
+    return rows
 
 
 def _solve_blocks(rows, scaled_given):
     """Banded LU of all sets at once, and one step of iterative refinement; (B, N+1, 5, axes)."""
     B, nodes, _, axes = scaled_given.shape
     n = B * nodes * GIVEN
-    flat = rows.reshape(n, 3 * GIVEN)
-    in_node = np.tile(np.arange(GIVEN), B * nodes)
-    offset = np.arange(-GIVEN, 2 * GIVEN)[None, :] - in_node[:, None]  # column minus row
-    column = np.arange(n)[:, None] + offset
-    inside = (column >= 0) & (column < n)  # what falls outside is zero: end nodes are given
-    band = np.zeros((3 * _BAND + 1, n))
-    band[(2 * _BAND - offset)[inside], column[inside]] = flat[inside]
+    band = np.zeros((B * nodes + 2, GIVEN, 3 * _BAND + 1))  # by columns of the matrix; a node more at either end
+    flat = rows.reshape(B * nodes, GIVEN, 3 * GIVEN)
+    for column in range(3 * GIVEN):  # what falls outside is zero: end nodes are given
+        neighbour, e = divmod(column, GIVEN)
+        top = 2 * _BAND + GIVEN - column
+        band[neighbour : neighbour + B * nodes, e, top : top + GIVEN] = flat[:, :, column]
+    band = band[1:-1].reshape(n, -1).T
 
-    rhs = scaled_given.reshape(n, axes)
-    factors, pivots, failed = lapack.dgbtrf(band, _BAND, _BAND)
+    rhs = np.asfortranarray(scaled_given.reshape(n, axes))
+    factors, pivots, failed = lapack.dgbtrf(band, _BAND, _BAND, overwrite_ab=True)
     if failed:
         raise ValueError(f"node {(failed - 1) // GIVEN % nodes}: what is given there does not determine a trajectory")
     solution, _ = lapack.dgbtrs(factors, _BAND, _BAND, rhs, pivots)
     residual = rhs - _multiply(rows, solution.reshape(B, nodes, GIVEN, axes)).reshape(n, axes)
-    correction, _ = lapack.dgbtrs(factors, _BAND, _BAND, residual, pivots)
+    correction, _ = lapack.dgbtrs(factors, _BAND, _BAND, residual, pivots, overwrite_b=True)
     largest = np.abs(solution).max(initial=0.0)
     if not np.all(np.isfinite(correction)) or np.abs(correction).max(initial=0.0) > 1e-3 * largest:
         raise ValueError("what is given at the nodes does not determine a trajectory; give positions at more of them")
