@@ -18,6 +18,7 @@ from halfroll.mission import Fence
 Array = NDArray[np.float64]
 Wall = tuple[float, float, float]  # unit normal and offset: normal . (x, y) <= offset
 
+_LOOKS = 101  # at a line that crosses a fence, for where it is farthest beyond
 _ON_THE_FENCE = 1e-3  # [m] that a path through a waypoint on the fence itself may pass it
 
 
@@ -43,6 +44,16 @@ def meets(start: ArrayLike, end: ArrayLike, fence: Fence) -> bool:
     """Whether the straight line from start to end crosses an edge of the fence."""
     a, b = (np.asarray(point, dtype=np.float64)[:2] for point in (start, end))
     return any(_cross(a, b, *edge) for edge in _edges(fence))
+
+
+def crossed(start: ArrayLike, end: ArrayLike, fence: Fence) -> tuple[Array, float]:
+    """Where (2,) the straight line from start to end, which meets the fence, goes farthest beyond it, and how far [m];
+    to a hundredth of its length."""
+    a, b = (np.asarray(point, dtype=np.float64)[:2] for point in (start, end))
+    along = a + np.linspace(0.0, 1.0, _LOOKS)[:, None] * (b - a)
+    beyond = [outside_by(point, fence) for point in along]
+    worst = int(np.argmax(beyond))
+    return along[worst], beyond[worst]
 
 
 def walls(start: ArrayLike, end: ArrayLike, fences: Sequence[Fence]) -> list[Wall]:

@@ -44,11 +44,17 @@ def require_fenced(points: Sequence[CourseNode], fences: Sequence[Fence]) -> Non
                 )
         for here, there in pairwise(points):
             if corridor.meets(here.waypoint.position, there.waypoint.position, fence):
+                at, beyond = corridor.crossed(here.waypoint.position, there.waypoint.position, fence)
                 raise InfeasibleSegment(
-                    f"from {here.name} to {there.name}: the straight line crosses the {fence.name}; add a waypoint "
-                    "that leads round",
+                    f"from {here.name} to {there.name}: the straight line crosses the {fence.name}, by {beyond:.2f} m "
+                    f"{place(at)}; add a waypoint that leads round",
                     there.waypoint.item,
                 )
+
+
+def place(at: Array) -> str:
+    """In words, of x, y in W."""
+    return f"at {at[0]:.2f} m north, {at[1]:.2f} m west"
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from halfroll.aerobatics import turns_over
 from halfroll.arrivals import given_times, require_possible, shared_out, too_early
 from halfroll.course_nodes import CourseNode, checked_nodes
 from halfroll.errors import InfeasibleSegment, InputError
-from halfroll.kernel_problem import Setup, headed, infeasible, require_fenced
+from halfroll.kernel_problem import Setup, headed, infeasible, place, require_fenced
 from halfroll.ladder import OTHER_LIMITS, SPARE, Mode, Search, recipe_for
 from halfroll.limits import Limits, changed
 from halfroll.mission import Demand, Fence, LimitsKind, PlanOptions, Rules, Waypoint, Yaw
@@ -96,11 +96,13 @@ def require_inside(plan: Plan, fences: Sequence[Fence]) -> None:
     for fence in fences:
         out = [corridor.outside_by(position, fence) for position in positions]
         if max(out) > 0.0:
-            leg = int(np.searchsorted(plan.times_s, t[int(np.argmax(out))]))
+            worst = int(np.argmax(out))
+            leg = int(np.searchsorted(plan.times_s, t[worst]))
             waypoint = plan.waypoints[min(leg, len(plan.waypoints) - 1)]
             raise InfeasibleSegment(
-                f"on the way to {_name(waypoint, leg)} the path leaves the {fence.name} by {max(out):.2f} m, and "
-                "nothing here can bend it (in mode paper, and where it turns over); move the waypoints",
+                f"on the way to {_name(waypoint, leg)} the path leaves the {fence.name} by {max(out):.2f} m "
+                f"{place(positions[worst])}, and nothing here can bend it (in mode paper, and where it turns "
+                "over); move the waypoints",
                 waypoint.item,
             )
 

@@ -28,6 +28,9 @@ from halfroll.segments import node, rest, solve, solve_with_slopes
 from halfroll.vehicle import GRAVITY, Vehicle, load_vehicle
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "sim"))
+import course_d
+
 from oracle import banded_polynomials
 
 VEHICLES = (("mit-fp", "FP"), ("mit-vp", "VP"))
@@ -192,6 +195,16 @@ def proof_figures() -> list[dict[str, object]]:
     return figures
 
 
+def weak_rotor_figures(seeds: int = 50) -> list[dict[str, object]]:
+    """Flights of the zigzag that arrive in Dryden wind with one rotor at 85 %, by mode and margin of the plan."""
+    figures: list[dict[str, object]] = []
+    for mode, margin in (("paper", 0.1), ("fast", 0.1), ("fast", 0.15), ("fast", 0.2)):
+        flown = course_d.campaign("mit-vp", mode, "windy", course_d.WINDY_AND_WEAK, seeds, margin)
+        share = 100.0 * sum(one.complete for one in flown) / seeds
+        figures.append({"name": f"weak_rotor_{mode}_margin_{margin:.0%}_complete", "value": share, "unit": "%"})
+    return figures
+
+
 def rotors_alone(vehicle: Vehicle) -> _planner.Constraints:
     body = _planner.Vehicle(
         mass=vehicle.mass_kg,
@@ -235,6 +248,7 @@ def main() -> None:
         closed_form_figures,
         plan_figures,
         proof_figures,
+        weak_rotor_figures,
     )
     for part in parts:
         for figure in part():

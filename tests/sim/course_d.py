@@ -30,10 +30,10 @@ class Flown:
 
 
 @lru_cache
-def plan(vehicle: str, mode: str) -> Plan:
+def plan(vehicle: str, mode: str, margin: float = MARGIN) -> Plan:
     waypoints = [Waypoint(position=p) for p in POINTS]
     known = load_vehicle(vehicle)
-    limits = Limits.of(known, "mission", MARGIN)
+    limits = Limits.of(known, "mission", margin)
     return (
         plan_course(waypoints, known, limits)
         if mode == "paper"
@@ -41,8 +41,8 @@ def plan(vehicle: str, mode: str) -> Plan:
     )
 
 
-def fly(vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seed: int) -> Flown:
-    made = plan(vehicle, mode)
+def fly(vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seed: int, margin: float) -> Flown:
+    made = plan(vehicle, mode, margin)
     flight = StreamedFlight(vehicle, scenario, settings, seed)
     flight.take_off(1.0)
     t, positions = flight.follow(path_of(made), made.T + 0.5)
@@ -56,14 +56,16 @@ def fly(vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seed:
     return Flown(held and upright and arrived and not flight.world.crashed, miss, worst)
 
 
-def _fly(case: tuple[str, str, str, tuple[str, ...], int]) -> Flown:
+def _fly(case: tuple[str, str, str, tuple[str, ...], int, float]) -> Flown:
     return fly(*case)
 
 
-def campaign(vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seeds: int) -> list[Flown]:
+def campaign(
+    vehicle: str, mode: str, scenario: str, settings: tuple[str, ...], seeds: int, margin: float = MARGIN
+) -> list[Flown]:
     """One flight a seed, in two processes."""
-    cases = [(vehicle, mode, scenario, settings, seed) for seed in range(seeds)]
-    plan(vehicle, mode)  # once, before the processes part
+    cases = [(vehicle, mode, scenario, settings, seed, margin) for seed in range(seeds)]
+    plan(vehicle, mode, margin)  # once, before the processes part
     with ProcessPoolExecutor(2) as pool:
         return list(pool.map(_fly, cases, chunksize=5))
 
