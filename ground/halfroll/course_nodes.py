@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.attitude_nodes import asked, flat_yaw, thrust_axis
+from halfroll.attitude_nodes import asked, flat_yaw
+from halfroll.body_axes import body_up
 from halfroll.errors import InfeasibleSegment, MissionError
 from halfroll.limits import Limits
 from halfroll.minimum_time import Line, Stretch
@@ -159,7 +160,7 @@ def _require_possible(point: CourseNode, vehicle: Vehicle, limits: Limits) -> No
                 waypoint.item,
             )
     if waypoint.q_WB is not None:
-        tilt = float(np.arccos(np.clip(thrust_axis(waypoint.q_WB)[2], -1.0, 1.0)))
+        tilt = float(np.arccos(np.clip(body_up(waypoint.q_WB)[2], -1.0, 1.0)))
         if waypoint.upright and tilt > _TILT_MAX:
             raise MissionError(
                 f"{point.name}: its attitude tilts the thrust axis by {np.degrees(tilt):.0f} deg, and upright flight "
@@ -190,7 +191,7 @@ def attitudes_allowed(points: Sequence[CourseNode], limits: Limits) -> Limits:
         return limits
     for point in points:
         w, sign = point.waypoint, 1.0 if point.upright else -1.0
-        if w.q_WB is not None and sign * float(thrust_axis(w.q_WB)[2]) * 4.0 * limits.rotor_max < _STEEP * least:
+        if w.q_WB is not None and sign * float(body_up(w.q_WB)[2]) * 4.0 * limits.rotor_max < _STEEP * least:
             return replace(limits, force_z_min=None, force_min=max(limits.force_min or 0.0, least))
     return limits
 
