@@ -20,6 +20,7 @@ BROKEN_OFF_M = (
     1.5  # [m] height that is lost at most when the stream of references ends while it turns over, or upside down
 )
 _STEP_S = 0.002
+_ROUNDING_M = 2e-3  # best flights may be a millimetre lower than the paper's
 
 
 def require_room(plan: Plan, limits: Limits, demands: Sequence[Demand] = ()) -> None:
@@ -30,7 +31,7 @@ def require_room(plan: Plan, limits: Limits, demands: Sequence[Demand] = ()) -> 
         where = f"item {waypoint.item}" if waypoint.item is not None else f"waypoint {last + 1}"
         heights = plan.trajectory.at(np.arange(start, end, _STEP_S))[:, 2]
         lowest, begins = float(heights.min()), float(heights[0])
-        if limits.floor is not None and lowest - BROKEN_OFF_M < limits.floor:
+        if limits.floor is not None and lowest - BROKEN_OFF_M < limits.floor - _ROUNDING_M:
             raise MissionError(
                 f"{where}: turning over comes down to {lowest:.1f} m, and by {BROKEN_OFF_M:g} m more "
                 "if it is broken off; "
@@ -42,7 +43,7 @@ def require_room(plan: Plan, limits: Limits, demands: Sequence[Demand] = ()) -> 
         for demand in demands:
             if demand.item != waypoint.item:
                 continue
-            if not math.isnan(demand.least_height) and lowest < demand.least_height - 1e-3:
+            if not math.isnan(demand.least_height) and lowest < demand.least_height - _ROUNDING_M:
                 raise MissionError(
                     f"{where}: the flip comes down to {lowest:.2f} m, it is to stay above {demand.least_height:.2f} m; "
                     "begin it higher",
