@@ -59,9 +59,8 @@ class Plane:
         longest = max((vector for _, vector in vectors), key=_size, default=np.zeros(3))
         if _size(longest) < _ASIDE:
             raise MissionError(
-                f"from {points[0].name} to {points[-1].name} the vehicle turns over, and nothing says "
-                "in which direction; "
-                "move one of the points",
+                f"from {points[0].name} to {points[-1].name} the vehicle turns over, and nothing says in which "
+                "direction; move one of the points",
                 points[-1].waypoint.item,
             )
         heading = float(np.arctan2(longest[1], longest[0]))
@@ -69,10 +68,9 @@ class Plane:
         for point, vector in vectors:
             if abs(float(across @ vector)) > _ASIDE:
                 raise MissionError(
-                    f"{point.name} is {abs(float(across @ vector)):.2f} m (or m/s, ..) off the vertical plane in which "
-                    f"the vehicle turns over between {points[0].name} and {points[-1].name}; put it "
-                    "into that plane, or "
-                    "let the vehicle stand before and after turning over",
+                    f"{point.name} is {abs(float(across @ vector)):.2f} m (or m/s, ..) off the vertical plane in "
+                    f"which the vehicle turns over between {points[0].name} and {points[-1].name}; put it into that "
+                    "plane, or let the vehicle stand before and after turning over",
                     point.waypoint.item,
                 )
         return cls(start, heading)
@@ -190,9 +188,8 @@ class Turning:
         """Without those that keep upright; heights from the start of the stretch."""
         if limits.tilt_max is not None:
             raise MissionError(
-                f"between {self.points[0].name} and {self.points[-1].name} the vehicle turns over, "
-                "the limit tilt_deg of "
-                f"{np.degrees(limits.tilt_max):.0f} forbids it; switch it off",
+                f"between {self.points[0].name} and {self.points[-1].name} the vehicle turns over, the limit tilt_deg "
+                f"of {np.degrees(limits.tilt_max):.0f} forbids it; switch it off",
                 self.points[-1].waypoint.item,
             )
         start = float(self.plane.start[2])
@@ -238,9 +235,8 @@ def _thrust_signs(points: Sequence[CourseNode]) -> Array:
     if (sign > 0.0) != points[-1].upright:
         how = "upright" if points[-1].upright else "upside down"
         raise MissionError(
-            f"{points[-1].name}: the vehicle ends {how}, and free fall turns its thrust over "
-            f"{_falls(points)} times on the "
-            "way; that does not fit together: add a point of free fall, or change `upright`",
+            f"{points[-1].name}: the vehicle ends {how}, and free fall turns its thrust over {_falls(points)} times "
+            "on the way; that does not fit together: add a point of free fall, or change `upright`",
             points[-1].waypoint.item,
         )
     return np.array(signs)

@@ -33,11 +33,9 @@ def require_room(plan: Plan, limits: Limits, demands: Sequence[Demand] = ()) -> 
         lowest, begins = float(heights.min()), float(heights[0])
         if limits.floor is not None and lowest - BROKEN_OFF_M < limits.floor - _ROUNDING_M:
             raise MissionError(
-                f"{where}: turning over comes down to {lowest:.1f} m, and by {BROKEN_OFF_M:g} m more "
-                "if it is broken off; "
-                f"begin at {limits.floor + BROKEN_OFF_M + begins - lowest:.1f} m or higher (it is "
-                f"{begins:.1f} m; the floor "
-                f"is {limits.floor:g} m)",
+                f"{where}: turning over comes down to {lowest:.1f} m, and by {BROKEN_OFF_M:g} m more if it is broken "
+                f"off; begin at {limits.floor + BROKEN_OFF_M + begins - lowest:.1f} m or higher (it is {begins:.1f} "
+                f"m; the floor is {limits.floor:g} m)",
                 waypoint.item,
             )
         for demand in demands:
@@ -51,7 +49,7 @@ def require_room(plan: Plan, limits: Limits, demands: Sequence[Demand] = ()) -> 
                 )
             if end - start > demand.longest_s:
                 raise MissionError(
-                    f"{where}: a flip takes {end - start:.2f} s, it is to take at most "
-                    f"{demand.longest_s:.2f} s; allow more",
+                    f"{where}: a flip takes {end - start:.2f} s, it is to take at most {demand.longest_s:.2f} s; "
+                    "allow more",
                     waypoint.item,
                 )
