@@ -68,7 +68,7 @@ class Plan:
     times_s: tuple[float, ...]  # arrival at each waypoint; where it holds, the wait follows
     rotor_min: tuple[float, ...]  # [N], smallest thrust of each rotor
     rotor_max: tuple[float, ...]
-    certified: bool  # every limit holds in the dense, refined check (limits.margins)
+    certified: bool  # every limit is proven to hold at every time; else `warnings` say which is in doubt
     violation_N: float  # by how much a rotor exceeds its limit
     warnings: tuple[str, ...] = ()
     flips: tuple[float, ...] = ()  # times at which F passes through zero (free-fall flips)
