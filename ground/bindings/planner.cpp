@@ -8,6 +8,7 @@
 #include "kernel/certificate.hpp"
 #include "kernel/interior_point.hpp"
 #include "kernel/peaks.hpp"
+#include "kernel/planar_certificate.hpp"
 
 void bind_closed_form(pybind11::module_& m);
 
@@ -250,6 +251,22 @@ void bind_solver(py::module_& m) {
          const Constraints& constraints) { return certify(pieces_from(coefficients), durations, limits, constraints); },
       "coefficients"_a, "durations"_a, "limits"_a, "constraints"_a,
       "Proof over whole pieces (N, 10, 4), lowest power of tau first.");
+  m.def(
+      "certify_planar",
+      [](const Array& coefficients, const std::vector<double>& durations, const std::vector<double>& signs,
+         const std::vector<double>& speed_max, const Vehicle& vehicle, const Limits& limits) {
+        const std::vector<Coefficients> paths = pieces_from(coefficients);
+        std::vector<PlanarPiece> pieces;
+        for (std::size_t k = 0; k < paths.size(); ++k) {
+          const bool begins = k > 0 && signs[k] != signs[k - 1];
+          const bool ends = k + 1 < paths.size() && signs[k] != signs[k + 1];
+          pieces.push_back({paths[k], durations[k], signs[k], begins, ends, speed_max[k]});
+        }
+        return certify_planar(pieces, vehicle, limits);
+      },
+      "coefficients"_a, "durations"_a, "signs"_a, "speed_max"_a, "vehicle"_a, "limits"_a,
+      "Proof of flight that turns over in the x-z plane: pieces (N, 10, 4), the sign of the thrust and the speed limit "
+      "of each.");
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'closed_forms', 'minimise_time', 'rotor_range', 'rotor_slopes']
+__all__: list[str] = ['Certificate', 'ClosedForm', 'Constraints', 'Drive', 'Heading', 'Limits', 'PieceLimits', 'Problem', 'Vehicle', 'bound_limit', 'bound_name', 'certify', 'certify_planar', 'closed_forms', 'minimise_time', 'rotor_range', 'rotor_slopes']
 class Vehicle:
     """
     What thrust depends on; SI, inertia (3,) about body axes.
@@ -180,6 +180,10 @@ def bound_name(constraints: Constraints, bound: typing.SupportsInt | typing.Supp
 def certify(coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], limits: collections.abc.Sequence[PieceLimits], constraints: Constraints) -> Certificate:
     """
     Proof over whole pieces (N, 10, 4), lowest power of tau first.
+    """
+def certify_planar(coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], signs: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], speed_max: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], vehicle: Vehicle, limits: Limits) -> Certificate:
+    """
+    Proof of flight that turns over in the x-z plane: pieces (N, 10, 4), the sign of the thrust and the speed limit of each.
     """
 def closed_forms(nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], durations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
     """

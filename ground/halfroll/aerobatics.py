@@ -11,18 +11,22 @@ turns on. sigma, the sign of the thrust axis' vertical part, follows from the pa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from halfroll import _planner as kernel
 from halfroll.attitude_nodes import asked
 from halfroll.course_nodes import CourseNode, places, signed_thrust, speeds
 from halfroll.errors import InfeasibleSegment, MissionError
-from halfroll.flatness import inverse_dynamics
-from halfroll.limits import Limits, Margins
+from halfroll.flatness import inverse_dynamics, kernel_vehicle
+from halfroll.kernel_problem import kernel_limits
+from halfroll.knotted_flips import KnottedFlight, shortened
+from halfroll.limits import Limits, Margins, margins
 from halfroll.minimum_time import Line, NoDurations, Progress, Search, Stretch, shortest
+from halfroll.mission import Yaw
 from halfroll.segments import FREE, PiecewisePolynomial, node, rest
 from halfroll.vehicle import Vehicle
 
@@ -55,9 +59,8 @@ class Plane:
         longest = max((vector for _, vector in vectors), key=_size, default=np.zeros(3))
         if _size(longest) < _ASIDE:
             raise MissionError(
-                f"from {points[0].name} to {points[-1].name} the vehicle turns over, and nothing says "
-                "in which direction; "
-                "move one of the points",
+                f"from {points[0].name} to {points[-1].name} the vehicle turns over, and nothing says in which "
+                "direction; move one of the points",
                 points[-1].waypoint.item,
             )
         heading = float(np.arctan2(longest[1], longest[0]))
@@ -65,10 +68,9 @@ class Plane:
         for point, vector in vectors:
             if abs(float(across @ vector)) > _ASIDE:
                 raise MissionError(
-                    f"{point.name} is {abs(float(across @ vector)):.2f} m (or m/s, ..) off the vertical plane in which "
-                    f"the vehicle turns over between {points[0].name} and {points[-1].name}; put it "
-                    "into that plane, or "
-                    "let the vehicle stand before and after turning over",
+                    f"{point.name} is {abs(float(across @ vector)):.2f} m (or m/s, ..) off the vertical plane in "
+                    f"which the vehicle turns over between {points[0].name} and {points[-1].name}; put it into that "
+                    "plane, or let the vehicle stand before and after turning over",
                     point.waypoint.item,
                 )
         return cls(start, heading)
@@ -144,16 +146,50 @@ class Turning:
             raise InfeasibleSegment(
                 f"from {ends[0].name} to {ends[1].name}, turning over: {error}", ends[1].waypoint.item
             ) from None
-        self._require_sigma(trial, vehicle)
+        path, flips = self.stretch.trajectory(trial), self.stretch.flips(trial[: self.stretch.legs])
+        self._require_sigma(path, path.times[1:], flips, vehicle)
         return trial, Search(self.stretch, vehicle, limits).check(trial)
+
+    def shortened(
+        self, trial: Array, vehicle: Vehicle, limits: Limits, progress: Callable[[float, int], None]
+    ) -> tuple[KnottedFlight, Margins] | None:
+        """The flight with virtual knots that takes less time than that of the trial, if there is one."""
+        limits = self._limits(limits)
+        flight = shortened(
+            self.stretch, vehicle, limits, self.stretch.trajectory(trial), lambda total: progress(total, 0)
+        )
+        if flight is None or flight.total >= self.stretch.total(trial):
+            return None
+        try:
+            self._require_sigma(flight.path, flight.leg_ends, flight.flips, vehicle)
+        except InfeasibleSegment:
+            return None
+        if not self.is_proven(flight.path, flight.leg_ends, vehicle, limits, form_obeys_rates=True):
+            return None
+        return flight, margins(flight.path, vehicle, limits, flips=flight.flips)
+
+    def is_proven(
+        self, path: PiecewisePolynomial, leg_ends: Array, vehicle: Vehicle, limits: Limits, form_obeys_rates: bool
+    ) -> bool:
+        """Whether the kernel proves that this path stays inside the limits, at zero force too."""
+        limits = self._limits(limits)
+        if not form_obeys_rates:
+            limits = replace(limits, drive=None, rotor_rate_max=None)
+        leg = np.searchsorted(leg_ends, path.times[1:] - 1e-9)
+        signs = np.asarray(self.stretch.thrust_sign)[leg].tolist()
+        fastest = np.minimum(self.stretch.speed_max, limits.speed_max or np.inf)[leg].tolist()
+        constants = kernel_limits(limits, vehicle, Yaw("given"), vertical=False)
+        found = kernel.certify_planar(
+            path.coefficients, path.durations.tolist(), signs, fastest, kernel_vehicle(vehicle), constants
+        )
+        return bool(found.proven)
 
     def _limits(self, limits: Limits) -> Limits:
         """Without those that keep upright; heights from the start of the stretch."""
         if limits.tilt_max is not None:
             raise MissionError(
-                f"between {self.points[0].name} and {self.points[-1].name} the vehicle turns over, "
-                "the limit tilt_deg of "
-                f"{np.degrees(limits.tilt_max):.0f} forbids it; switch it off",
+                f"between {self.points[0].name} and {self.points[-1].name} the vehicle turns over, the limit tilt_deg "
+                f"of {np.degrees(limits.tilt_max):.0f} forbids it; switch it off",
                 self.points[-1].waypoint.item,
             )
         start = float(self.plane.start[2])
@@ -165,10 +201,12 @@ class Turning:
             ceiling=None if limits.ceiling is None else limits.ceiling - start,
         )
 
-    def _require_sigma(self, trial: Array, vehicle: Vehicle) -> None:
+    def _require_sigma(
+        self, path: PiecewisePolynomial, leg_ends: Array, flips: Sequence[float], vehicle: Vehicle
+    ) -> None:
         """The vehicle is as the waypoints say, upright or not, on each leg. Raises InfeasibleSegment."""
-        path, flips = self.stretch.trajectory(trial), self.stretch.flips(trial[: self.stretch.legs])
-        t = path.times[:-1] + (0.5 if len(path.durations) > 1 else 1.0 - _SEEN_FROM) * path.durations
+        durations = np.diff(leg_ends, prepend=0.0)
+        t = leg_ends - (0.5 if len(leg_ends) > 1 else _SEEN_FROM) * durations
         sigma = inverse_dynamics(t, path.derivatives(t), vehicle, flips).sigma
         for leg, point in enumerate(self.points[:-1]):
             if (sigma[leg] > 0.0) != point.upright:
@@ -197,9 +235,8 @@ def _thrust_signs(points: Sequence[CourseNode]) -> Array:
     if (sign > 0.0) != points[-1].upright:
         how = "upright" if points[-1].upright else "upside down"
         raise MissionError(
-            f"{points[-1].name}: the vehicle ends {how}, and free fall turns its thrust over "
-            f"{_falls(points)} times on the "
-            "way; that does not fit together: add a point of free fall, or change `upright`",
+            f"{points[-1].name}: the vehicle ends {how}, and free fall turns its thrust over {_falls(points)} times "
+            "on the way; that does not fit together: add a point of free fall, or change `upright`",
             points[-1].waypoint.item,
         )
     return np.array(signs)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from halfroll.body_axes import body_up
 from halfroll.mission import Quaternion, Waypoint
 from halfroll.segments import AXES, FREE, GIVEN
 from halfroll.vehicle import GRAVITY, Vehicle
@@ -19,12 +20,6 @@ Array = NDArray[np.float64]
 _SPEED = 3.0  # [m/s] by which a free speed is counted, and where it begins
 _THRUST_GROWTH = 10.0  # weights a second, by which a free growth of the thrust is counted
 _MOST_WEIGHTS = 1.6  # of thrust that a free one begins with
-
-
-def thrust_axis(q_WB: Quaternion) -> Array:
-    """(3,) the body's z in W."""
-    w, x, y, z = q_WB
-    return np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
 
 
 def flat_yaw(q_WB: Quaternion) -> float:
@@ -44,7 +39,7 @@ def asked(waypoint: Waypoint, vehicle: Vehicle, sign: float) -> tuple[Array, lis
         given[1, :3] = 0.0
         lines.append((_along(1, _SPEED * np.asarray(waypoint.direction)), 1.0))
     if waypoint.q_WB is not None:
-        n = thrust_axis(waypoint.q_WB)
+        n = body_up(waypoint.q_WB)
         given[2, :3] = (0.0, 0.0, -GRAVITY)
         if waypoint.thrust is None:
             begin = min(1.0 / max(abs(float(n[2])), 1e-3), _MOST_WEIGHTS)

@@ -320,9 +320,8 @@ class _Walk:
             here = self.legs[-1]
             if point.q_WB is not None or here.q_WB is not None:
                 raise MissionError(
-                    f"item {index} is where item {here.item} is, and one gives an attitude: there is "
-                    "no way between them; "
-                    "take one of them out",
+                    f"item {index} is where item {here.item} is, and one gives an attitude: there is no way between "
+                    "them; take one of them out",
                     index,
                 )
             point = replace(point, position=here.position, hold_s=here.hold_s + hold_s)
@@ -337,9 +336,8 @@ class _Walk:
         tilted = bool(roll_deg or pitch_deg) and not math.isnan(roll_deg)
         if speed == 0.0 and tilted:
             raise MissionError(
-                f"item {index} asks for an attitude of {roll_deg:g} deg roll, {pitch_deg:g} deg pitch "
-                "and for no speed, and "
-                "nothing stands still at an angle; give a speed, or NaN: whatever is best",
+                f"item {index} asks for an attitude of {roll_deg:g} deg roll, {pitch_deg:g} deg pitch and for no "
+                "speed, and nothing stands still at an angle; give a speed, or NaN: whatever is best",
                 index,
             )
         if speed == 0.0:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.attitude_nodes import asked, flat_yaw, thrust_axis
+from halfroll.attitude_nodes import asked, flat_yaw
+from halfroll.body_axes import body_up
 from halfroll.errors import InfeasibleSegment, MissionError
 from halfroll.limits import Limits
 from halfroll.minimum_time import Line, Stretch
@@ -61,56 +62,65 @@ class CourseNode:
         for place, point in enumerate(waypoints):
             yaw = point.yaw if point.q_WB is None or not point.upright else flat_yaw(point.q_WB)
             new = cls(point, yaw, point.hold_s, point.hold_s > 0.0 or point.stands, (place,))
-            before = nodes[-1] if nodes else None
-            if before is not None and not (before.upright and point.upright):
-                new = replace(new, yaw=before.yaw)  # the nose keeps its direction until it is upright again
-            elif before is not None:
-                turn = (yaw - before.yaw + np.pi) % (2.0 * np.pi) - np.pi
-                new = replace(new, yaw=before.yaw + (turn if abs(turn) > 1e-12 else 0.0))
-            if (
-                before is not None
-                and not any(point.free + before.waypoint.free)
-                and np.linalg.norm(np.subtract(point.position, before.waypoint.position)) < SAME_PLACE
-            ):
-                if new.waypoint.q_WB is not None and before.waypoint.q_WB is not None:
-                    raise MissionError(
-                        f"{new.name} is at the same place as {before.name}, and both give an attitude; remove one of "
-                        "them",
-                        point.item,
-                    )
-                if new.moves or before.moves:
-                    raise MissionError(
-                        f"{new.name} is at the same place as {before.name}, where the vehicle would have to move and "
-                        "to be at rest; remove one of them",
-                        point.item,
-                    )
-                new = replace(new, waypoint=replace(point, position=before.waypoint.position))
-                if abs(new.yaw - before.yaw) > 1e-9:  # a turn on the spot
-                    nodes[-1] = replace(before, at_rest=True)
-                    nodes.append(replace(new, at_rest=True))
-                else:
-                    together = (before.hold_s + new.hold_s, before.at_rest or new.at_rest, before.places + new.places)
-                    nodes[-1] = cls(new.waypoint, before.yaw, *together)
-            else:
+            if not nodes:
                 nodes.append(new)
+                continue
+            new = replace(new, yaw=nodes[-1].yaw + new._turn_from(nodes[-1]))
+            nodes[-1:] = nodes[-1]._joined(new) if new._is_where(nodes[-1]) else [nodes[-1], new]
         if len(nodes) < 2:
             item = waypoints[0].item if waypoints else None
             raise MissionError("a plan needs at least two different waypoints; add one more than 1 mm away", item)
         nodes[0], nodes[-1] = replace(nodes[0], at_rest=True), replace(nodes[-1], at_rest=True)
         for at in nodes:
-            if at.at_rest and any(at.waypoint.free):
-                raise MissionError(
-                    f"{at.name}: the vehicle is at rest here (an end, or a hold), so its position cannot be free; "
-                    "give it",
-                    at.waypoint.item,
-                )
-            if at.at_rest and at.moves:
-                raise MissionError(
-                    f"{at.name}: the vehicle is at rest here (an end, or a hold), so velocity and its derivatives "
-                    "must be zero; remove them or the hold",
-                    at.waypoint.item,
-                )
+            at._require_rest()
         return nodes
+
+    def _turn_from(self, before: CourseNode) -> float:
+        """The short way round; the nose keeps its direction until the vehicle is upright again."""
+        if not (before.upright and self.upright):
+            return 0.0
+        turn = (self.yaw - before.yaw + np.pi) % (2.0 * np.pi) - np.pi
+        return turn if abs(turn) > 1e-12 else 0.0
+
+    def _is_where(self, before: CourseNode) -> bool:
+        here, there = self.waypoint, before.waypoint
+        if any(here.free + there.free):
+            return False
+        return bool(np.linalg.norm(np.subtract(here.position, there.position)) < SAME_PLACE)
+
+    def _joined(self, new: CourseNode) -> list[CourseNode]:
+        """With what is asked next at the same place: one node, or two at rest with a turn on the spot between them."""
+        if new.waypoint.q_WB is not None and self.waypoint.q_WB is not None:
+            raise MissionError(
+                f"{new.name} is at the same place as {self.name}, and both give an attitude; remove one of them",
+                new.waypoint.item,
+            )
+        if new.moves or self.moves:
+            raise MissionError(
+                f"{new.name} is at the same place as {self.name}, where the vehicle would have to move and to be at "
+                "rest; remove one of them",
+                new.waypoint.item,
+            )
+        new = replace(new, waypoint=replace(new.waypoint, position=self.waypoint.position))
+        if abs(new.yaw - self.yaw) > 1e-9:
+            return [replace(self, at_rest=True), replace(new, at_rest=True)]
+        together = (self.hold_s + new.hold_s, self.at_rest or new.at_rest, self.places + new.places)
+        return [CourseNode(new.waypoint, self.yaw, *together)]
+
+    def _require_rest(self) -> None:
+        """Raises MissionError for what a place where the vehicle is at rest cannot have."""
+        if self.at_rest and any(self.waypoint.free):
+            raise MissionError(
+                f"{self.name}: the vehicle is at rest here (an end, or a hold), so its position cannot be free; "
+                "give it",
+                self.waypoint.item,
+            )
+        if self.at_rest and self.moves:
+            raise MissionError(
+                f"{self.name}: the vehicle is at rest here (an end, or a hold), so velocity and its derivatives must "
+                "be zero; remove them or the hold",
+                self.waypoint.item,
+            )
 
 
 def checked_nodes(waypoints: Sequence[Waypoint], vehicle: Vehicle, limits: Limits) -> list[CourseNode]:
@@ -120,14 +130,14 @@ def checked_nodes(waypoints: Sequence[Waypoint], vehicle: Vehicle, limits: Limit
         _require_possible(point, vehicle, limits)
         if limits.floor is not None and not point.waypoint.free[2] and point.waypoint.position[2] < limits.floor:
             raise InfeasibleSegment(
-                f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of "
-                f"{limits.floor:g} m; raise it",
+                f"{point.name}: height {point.waypoint.position[2]:.2f} m is below the floor of {limits.floor:g} m; "
+                "raise it",
                 point.waypoint.item,
             )
         if limits.ceiling is not None and not point.waypoint.free[2] and point.waypoint.position[2] > limits.ceiling:
             raise InfeasibleSegment(
-                f"{point.name}: height {point.waypoint.position[2]:.2f} m is above the ceiling of "
-                f"{limits.ceiling:g} m; lower it",
+                f"{point.name}: height {point.waypoint.position[2]:.2f} m is above the ceiling of {limits.ceiling:g} "
+                "m; lower it",
                 point.waypoint.item,
             )
         speed = float(np.linalg.norm(point.waypoint.velocity or 0.0))
@@ -145,9 +155,8 @@ def _require_possible(point: CourseNode, vehicle: Vehicle, limits: Limits) -> No
     turned_over = not waypoint.upright or waypoint.in_free_fall or (waypoint.thrust or 0.0) < 0.0
     if turned_over and not vehicle.variable_pitch:
         raise MissionError(
-            f"{point.name}: {vehicle.name} has rotors of fixed pitch, which only push up: it can "
-            "neither fly inverted nor "
-            "turn over in free fall; take this out, or fly a vehicle of variable pitch",
+            f"{point.name}: {vehicle.name} has rotors of fixed pitch, which only push up: it can neither fly inverted "
+            "nor turn over in free fall; take this out, or fly a vehicle of variable pitch",
             waypoint.item,
         )
     if waypoint.thrust is not None:
@@ -159,7 +168,7 @@ def _require_possible(point: CourseNode, vehicle: Vehicle, limits: Limits) -> No
                 waypoint.item,
             )
     if waypoint.q_WB is not None:
-        tilt = float(np.arccos(np.clip(thrust_axis(waypoint.q_WB)[2], -1.0, 1.0)))
+        tilt = float(np.arccos(np.clip(body_up(waypoint.q_WB)[2], -1.0, 1.0)))
         if waypoint.upright and tilt > _TILT_MAX:
             raise MissionError(
                 f"{point.name}: its attitude tilts the thrust axis by {np.degrees(tilt):.0f} deg, and upright flight "
@@ -190,7 +199,7 @@ def attitudes_allowed(points: Sequence[CourseNode], limits: Limits) -> Limits:
         return limits
     for point in points:
         w, sign = point.waypoint, 1.0 if point.upright else -1.0
-        if w.q_WB is not None and sign * float(thrust_axis(w.q_WB)[2]) * 4.0 * limits.rotor_max < _STEEP * least:
+        if w.q_WB is not None and sign * float(body_up(w.q_WB)[2]) * 4.0 * limits.rotor_max < _STEEP * least:
             return replace(limits, force_z_min=None, force_min=max(limits.force_min or 0.0, least))
     return limits
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from halfroll.body_axes import body_up
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -89,12 +91,6 @@ def legend(axes: Axes) -> None:
     """Above the panel, where it hides nothing."""
     count = len(axes.get_legend_handles_labels()[0])
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=count, columnspacing=1.2)
-
-
-def body_up(q: FloatArray) -> FloatArray:
-    """(N, 3) body z in W for attitudes q_WB (N, 4), [w, x, y, z]."""
-    w, x, y, z = q.T
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
 
 
 def tilt_deg(q: FloatArray) -> FloatArray:

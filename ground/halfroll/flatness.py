@@ -27,7 +27,9 @@ from halfroll.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]
 
-NEAR_ZERO_FORCE = 1e-3  # [N], below it, and so close to a flip, u = F/|F| is taken from its series
+# [N], below it, and so close to a flip, u = F/|F| is taken from its series: of what rounding leaves of F at the flip
+# itself, u'' makes as much as F'^2/F^3
+NEAR_ZERO_FORCE = 0.015
 NEAR_ZERO_TIME = 0.005  # [s]
 _VERTICAL = 1e-10  # horizontal force and its derivatives, relative to the weight: purely vertical flight
 

@@ -94,7 +94,7 @@ class Setup:
         walls = max(len(piece.walls) for piece in self.pieces)
         return kernel.Constraints(
             kernel_vehicle(self.vehicle),
-            _kernel_limits(limits, self.vehicle, self.yaw, self.vertical),
+            kernel_limits(limits, self.vehicle, self.yaw, self.vertical),
             bool(np.isfinite(self.fastest).any()),
             walls,
         )
@@ -144,7 +144,7 @@ def _spared(limits: Limits, points: Sequence[CourseNode]) -> Limits:
     return limits
 
 
-def _kernel_limits(limits: Limits, vehicle: Vehicle, yaw: Yaw, vertical: bool) -> kernel.Limits:
+def kernel_limits(limits: Limits, vehicle: Vehicle, yaw: Yaw, vertical: bool) -> kernel.Limits:
     signed = vertical and vehicle.variable_pitch
     force_min, force_z_min = limits.force_min, limits.force_z_min
     floor = _FORCE_MIN * vehicle.weight

@@ -162,7 +162,7 @@ def _flown(
             progress(f"{points[0].name} to {points[-1].name}: {best:.3f} s")
 
     if turns_over(points):
-        return turned_over(points, vehicle, limits, told)
+        return turned_over(points, vehicle, limits, told, knots=mode == "best")
     inverted, mirror = not points[0].upright, mirror_of(before)
     if inverted:
         points, limits, yaw = mirrored(points, mirror), limits.inverted, KEPT_YAW

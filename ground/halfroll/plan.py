@@ -68,7 +68,7 @@ class Plan:
     times_s: tuple[float, ...]  # arrival at each waypoint; where it holds, the wait follows
     rotor_min: tuple[float, ...]  # [N], smallest thrust of each rotor
     rotor_max: tuple[float, ...]
-    certified: bool  # every limit holds in the dense, refined check (limits.margins)
+    certified: bool  # every limit is proven to hold at every time; else `warnings` say which is in doubt
     violation_N: float  # by how much a rotor exceeds its limit
     warnings: tuple[str, ...] = ()
     flips: tuple[float, ...] = ()  # times at which F passes through zero (free-fall flips)
@@ -331,11 +331,19 @@ def plan_of(
         rotor_max=tuple(np.max([now.rotor_max for now in flown], axis=0).tolist()),
         certified=all(now.certified for now in flown),
         violation_N=max(now.violation for now in flown),
-        warnings=tuple(radical(trajectory, points, arrivals)),
+        warnings=(*radical(trajectory, points, arrivals), *_doubts(parts, flown)),
         flips=tuple(flips),
         mode=mode,
         turns=tuple(turns),
     )
+
+
+def _doubts(parts: Sequence[Sequence[CourseNode]], flown: Sequence[Flown]) -> list[str]:
+    return [
+        f"not proven: from {part[0].name} to {part[-1].name}, where it turns over, limits hold at dense samples only"
+        for part, now in zip(parts, flown, strict=True)
+        if now.plane is not None and not now.certified
+    ]
 
 
 def _flown(
@@ -367,15 +375,21 @@ def turned_over(
     vehicle: Vehicle,
     limits: Limits,
     told: Callable[[float, int], None],
+    knots: bool = False,
 ) -> Flown:
-    """A stretch that turns over."""
+    """A stretch that turns over, in the paper's form or, if that is shorter, with virtual knots."""
     turning = Turning.of(points, vehicle)
     trial, found = turning.shortest(vehicle, limits, told)
-    path, durations = turning.stretch.trajectory(trial), trial[: turning.stretch.legs]
-    flips = tuple(flip for flip in turning.stretch.flips(durations) if flip > 0.0)
+    path = turning.stretch.trajectory(trial)
+    arrivals, flips = path.times[1:], turning.stretch.flips(path.durations)
+    certified = found.checked and turning.is_proven(path, arrivals, vehicle, limits, form_obeys_rates=False)
+    if knots and (better := turning.shortened(trial, vehicle, limits, told)) is not None:
+        flight, found = better
+        certified = True
+        path, arrivals, flips = flight.path, flight.leg_ends, flight.flips
     return Flown(
-        turning.plane.out_of(path), path.times[1:], found.rotor_min, found.rotor_max, found.checked, found.violation,
-        flips, turning.plane.heading,
+        turning.plane.out_of(path), arrivals, found.rotor_min, found.rotor_max, certified, found.violation,
+        tuple(flip for flip in flips if flip > 0.0), turning.plane.heading,
     )  # fmt: skip
 
 

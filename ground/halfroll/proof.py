@@ -1,8 +1,8 @@
 """The proof of a path that is given: that polynomials which something else than the kernel found keep their limits.
 
 Why: mode paper searches with numpy and checks at samples; what it returns is held to the same proof as any other plan.
-The rotors' rates are not asked of it: its form has no freedom to obey them. Where it turns over the dense check stands:
-the kernel's proof knows upright thrust alone, and an inverted leg by its mirror image.
+The rotors' rates are not asked of it: its form has no freedom to obey them. An inverted leg is proven by its mirror
+image; what turns over has its own proof, which comes with its plan (aerobatics.py).
 """
 
 from __future__ import annotations

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import halfroll
+from halfroll.body_axes import body_up
 from halfroll.drawing import (
     ON_PAGE,
     ON_PAPER,
     Palette,
     angle_between,
-    body_up,
     draw_thrust_limits,
     legend,
     style,

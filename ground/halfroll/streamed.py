@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfroll import _firmware, references
+from halfroll.body_axes import body_up
 from halfroll.errors import FlightError
 from halfroll.link import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Link, Telemetry
 from halfroll.references import PARAMETERS, Path, References
@@ -52,8 +53,7 @@ class Flown:
     @property
     def up_axis(self) -> Array:
         """(N, 3) the body's z in W."""
-        w, x, y, z = self.q_WB.T
-        return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+        return body_up(self.q_WB)
 
 
 class StreamedFlight:

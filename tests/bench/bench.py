@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 from link_figures import instruction_figures, upload_figures
 
-from halfroll import _dialect, _firmware, _planner
+from halfroll import _dialect, _firmware, _planner, preflight
 from halfroll.errors import PlanError
 from halfroll.limits import Limits
-from halfroll.mission import Waypoint
-from halfroll.near_optimal import limits_of, plan_near_optimal
+from halfroll.manoeuvres.library import Backflip, Flip, HalfRoll, InvertedLeg, PowerLoop, SplitS
+from halfroll.mission import PlanOptions, Waypoint
+from halfroll.near_optimal import limits_of, plan_in_mode, plan_near_optimal
 from halfroll.plan import Plan, plan_course
 from halfroll.segments import node, rest, solve, solve_with_slopes
 from halfroll.vehicle import GRAVITY, Vehicle, load_vehicle
@@ -172,6 +173,23 @@ def plan_figures() -> list[dict[str, object]]:
     return figures
 
 
+def manoeuvre_figures() -> list[dict[str, object]]:
+    """What mode best saves where the vehicle turns over, and in the mission that mixes such with a survey."""
+    start, vehicle = Waypoint((0.0, 0.0, 8.0)), load_vehicle("mit-vp")
+    kinds = (HalfRoll, Flip, Backflip, SplitS, PowerLoop, InvertedLeg)
+    names = ("half_roll", "flip", "backflip", "split_s", "power_loop", "inverted_leg")
+    mission = Path(__file__).parents[2] / "examples" / "aerobatics.toml"
+    figures: list[dict[str, object]] = []
+    for mode in ("paper", "best"):
+        for kind, name in zip(kinds, names, strict=True):
+            flown = kind(at=0, kind=name).waypoints(start)
+            T = plan_in_mode((start, *flown), vehicle, PlanOptions(mode=mode)).T
+            figures.append({"name": f"manoeuvre_{name}_{mode}_T_s", "value": T, "unit": "s"})
+        T = preflight.plan(mission, mode=mode).T
+        figures.append({"name": f"mission_aerobatics_{mode}_T_s", "value": T, "unit": "s"})
+    return figures
+
+
 def proof_figures() -> list[dict[str, object]]:
     """A thousand random points, and what the certificate alone takes there and on a zigzag."""
     vehicle = load_vehicle("mit-fp")
@@ -247,6 +265,7 @@ def main() -> None:
         upload_figures,
         closed_form_figures,
         plan_figures,
+        manoeuvre_figures,
         proof_figures,
         weak_rotor_figures,
     )

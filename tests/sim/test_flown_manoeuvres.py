@@ -68,6 +68,19 @@ def test_half_rolls_and_backflips_succeed_with_fifty_of_fifty_seeds(half_roll: P
         assert max(worst) < 0.03
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "flown",
+    [turned(START, "roll", 0.5), turned(START, "pitch", 1.0), Backflip(at=0, kind="backflip").waypoints(START)],
+    ids=["half_roll", "flip", "backflip"],
+)
+def test_best_flips_are_followed_within_centimetres(flown: list[Waypoint]) -> None:
+    plan = plan_in_mode((START, *flown), VP, PlanOptions(mode="best"))
+    worst = [worst_error(plan, hovering(seed).follow(path_of(plan), plan.T + AFTER_S)) for seed in range(5)]
+    print(f"{plan.T:.3f} s, worst of 5: {1e3 * max(worst):.0f} mm")
+    assert max(worst) < 0.05
+
+
 class CommandedFlip:
     """A step: the reference is hover upside down from one tick to the next."""
 

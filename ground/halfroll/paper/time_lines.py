@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.drawing import Palette, body_up, draw_thrust_limits, legend
+from halfroll.body_axes import body_up
+from halfroll.drawing import Palette, draw_thrust_limits, legend
 from halfroll.paper.flights import START_M, Flights, turned_deg
 from halfroll.plan import Plan
 from halfroll.streamed import Flown

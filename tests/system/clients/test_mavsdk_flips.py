@@ -20,8 +20,8 @@ import numpy as np
 import pytest
 
 from halfroll import preflight
+from halfroll.body_axes import body_up
 from halfroll.course import with_takeoff_and_landing
-from halfroll.drawing import body_up
 from halfroll.evaluation import FlightFigures, evaluate
 from halfroll.log import Log, read_log
 from halfroll.mission import Mission, MissionItem
