@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "bisection.hpp"
 #include "dual.hpp"
 #include "inverse_dynamics.hpp"
 #include "samples.hpp"
@@ -13,19 +14,6 @@ namespace halfroll::planner {
 namespace {
 
 constexpr int P = TaylorModel::kDegree;
-constexpr int kDeepest = 12;  // halvings of a piece
-constexpr int kFirstParts = Pack::kWidth;
-
-/// A part of a piece: tau in [centre - half, centre + half], both exact.
-struct Part {
-  double centre, half;
-  int depth;
-};
-
-/// Four of them.
-struct Parts {
-  Pack centre, half;
-};
 
 struct Falling {
   double table[kSampled][kOrder] = {};  // i (i-1) .. (i-r+1)
@@ -178,10 +166,9 @@ HALFROLL_WIDE void enclose(const Coefficients& coefficients, double duration, co
   }
 }
 
-/// By how much a bound may be exceeded where its row is in this interval; NaN counts as infinitely much.
+/// By how much a bound may be exceeded where its row is in this interval.
 double excess(const Bound& bound, const Interval& interval, int lane) {
-  const double over = bound.sign > 0.0 ? bound.limit - interval.low.v[lane] : interval.high.v[lane] - bound.limit;
-  return std::isnan(over) ? kNoLimit : over;
+  return bound.sign > 0.0 ? bound.limit - interval.low.v[lane] : interval.high.v[lane] - bound.limit;
 }
 
 }  // namespace
@@ -190,53 +177,20 @@ Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<d
                     const std::vector<PieceLimits>& limits, const Constraints& constraints) {
   Certificate result;
   const int bounds = static_cast<int>(constraints.bounds().size());
-  double worst = 0.0;
   std::vector<Bound> on_piece(bounds, Bound{});
-  std::vector<Part> open;
   std::vector<Interval> rows;
   for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
     for (int b = 0; b < bounds; ++b) on_piece[b] = constraints.on_piece(b, limits[k]);
-    open.clear();
-    for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 2});
-    while (!open.empty()) {
-      const int count = std::min<int>(Pack::kWidth, static_cast<int>(open.size()));
-      std::array<Part, Pack::kWidth> taken;
-      Parts parts;
-      for (int lane = 0; lane < Pack::kWidth; ++lane) {
-        taken[lane] = open[open.size() - 1 - std::min(lane, count - 1)];
-        parts.centre.v[lane] = taken[lane].centre;
-        parts.half.v[lane] = taken[lane].half;
-      }
-      open.resize(open.size() - count);
-      result.intervals += count;
+    prove(k, 0.0, 1.0, result, [&](const Parts& parts) {
       enclose(pieces[k], durations[k], parts, limits[k], constraints, rows);
-      bool refused = false;
-      for (int lane = count - 1; lane >= 0 && !refused; --lane) {
-        const Part& part = taken[lane];
-        int exceeded = -1;
-        double relative = 0.0;
+      Doubts doubts;
+      for (int lane = 0; lane < Pack::kWidth; ++lane) {
         for (int b = 0; b < bounds; ++b) {
-          const double over = excess(on_piece[b], rows[on_piece[b].row], lane) / on_piece[b].scale;
-          if (over > relative) relative = over, exceeded = b;
+          doubts[lane].consider(b, excess(on_piece[b], rows[on_piece[b].row], lane), on_piece[b].scale);
         }
-        if (exceeded < 0) continue;
-        if (part.depth < kDeepest) {
-          open.push_back({part.centre + part.half / 2.0, part.half / 2.0, part.depth + 1});
-          open.push_back({part.centre - part.half / 2.0, part.half / 2.0, part.depth + 1});
-          continue;
-        }
-        if (result.proven || relative > worst) {
-          worst = relative;
-          result.piece = k;
-          result.bound = exceeded;
-          result.excess = relative * on_piece[exceeded].scale;
-        }
-        result.unproven.push_back(k);
-        result.proven = false;
-        refused = true;  // one is enough to refuse the piece
       }
-      if (refused) break;
-    }
+      return doubts;
+    });
   }
   return result;
 }

@@ -19,7 +19,14 @@ struct Certificate {
   int piece = -1;             // of the worst that could not be proven
   int bound = -1;             // which, as in Constraints::bounds
   double excess = 0.0;        // by how much it may be exceeded there, in the quantity's unit
+  double relative = 0.0;      // the same by the bound's own scale, which tells what is worst
   int intervals = 0;          // looked at
+
+  void refuse(int k, int exceeded, double by, double relatively) {
+    unproven.push_back(k);
+    if (proven || relatively > relative) piece = k, bound = exceeded, excess = by, relative = relatively;
+    proven = false;
+  }
 };
 
 Certificate certify(const std::vector<Coefficients>& pieces, const std::vector<double>& durations,

@@ -3,38 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bisection.hpp"
 #include "taylor_model.hpp"
 
 namespace halfroll::planner {
 namespace {
 
 constexpr int P = TaylorModel::kDegree;
-constexpr int kDeepest = 12;  // halvings of a piece
-constexpr int kFirstParts = 4;
 constexpr int kRates = 4;  // derivatives 0..3 of the direction
 
 using Powers = std::array<double, kOrder>;  // of tau
 
-/// One part of a piece: tau in [centre - half, centre + half], both exact.
-struct Part {
-  double centre, half;
-  int depth;
-};
-
-/// A polynomial of tau on a part.
-TaylorModel model_of(const Powers& powers, const Part& part) {
-  Powers shifted = powers;
+/// A polynomial of tau on parts.
+TaylorModel model_of(const Powers& powers, const Parts& parts) {
+  std::array<Pack, kOrder> shifted;
+  for (int i = 0; i < kOrder; ++i) shifted[i] = splat(powers[i]);
   for (int i = 0; i < kOrder; ++i) {
-    for (int j = kOrder - 2; j >= i; --j) shifted[j] += part.centre * shifted[j + 1];
+    for (int j = kOrder - 2; j >= i; --j) shifted[j] += parts.centre * shifted[j + 1];
   }
   TaylorModel model;
-  double width = 1.0, reach = 1.0, sizes = 0.0;
-  for (int i = 0; i < kOrder; ++i, width *= part.half, reach *= part.centre + part.half) {
-    const double term = shifted[i] * width;
+  const Pack end = parts.centre + parts.half;
+  Pack width = splat(1.0), reach = width, sizes{};
+  for (int i = 0; i < kOrder; ++i, width = width * parts.half, reach = reach * end) {
+    const Pack term = shifted[i] * width;
     if (i <= P) {
       model.c[i] = term;
     } else {
-      model.remainder += std::abs(term);
+      model.remainder += absolute(term);
     }
     sizes += std::abs(powers[i]) * reach;
   }
@@ -68,26 +63,26 @@ Powers axis_of(const PlanarPiece& piece, int axis) {
   return powers;
 }
 
-/// What the rows are made of, on a part.
+/// What the rows are made of.
 struct Models {
   std::array<TaylorModel, 4> thrust, rate;
   TaylorModel turning, speed_squared, height;
 };
 
-Models models_of(const PlanarPiece& piece, const Vehicle& v, const Part& part) {
-  const bool begins = piece.begins_at_reversal && part.centre < 0.5, ends = piece.ends_at_reversal && part.centre > 0.5;
+/// On parts of a half of the piece: the one that begins or the one that ends at a reversal, or neither.
+HALFROLL_WIDE Models models_of(const PlanarPiece& piece, const Vehicle& v, const Parts& parts, bool begins, bool ends) {
   Models out;
   std::array<TaylorModel, kRates> x, z;  // of the direction: force, or force divided by time from the reversal
   for (const auto& [axis, along] : {std::pair{0, &x}, std::pair{2, &z}}) {
     const Powers position = axis_of(piece, axis), velocity = derivative(position, piece.duration);
-    const TaylorModel speed = model_of(velocity, part);
+    const TaylorModel speed = model_of(velocity, parts);
     out.speed_squared = out.speed_squared + speed * speed;
-    if (axis == 2) out.height = model_of(position, part);
+    if (axis == 2) out.height = model_of(position, parts);
     Powers force = derivative(velocity, piece.duration);
     if (axis == 2) force[0] += v.gravity;
     if (begins) force = divided_at_start(force, piece.duration);
     if (ends) force = divided_at_end(force, piece.duration);
-    for (TaylorModel& model : *along) model = model_of(force, part), force = derivative(force, piece.duration);
+    for (TaylorModel& model : *along) model = model_of(force, parts), force = derivative(force, piece.duration);
   }
   const TaylorModel square = x[0] * x[0] + z[0] * z[0], along = x[0] * x[1] + z[0] * z[1];
   const TaylorModel further = x[1] * x[1] + z[1] * z[1] + x[0] * x[2] + z[0] * z[2];
@@ -101,8 +96,8 @@ Models models_of(const PlanarPiece& piece, const Vehicle& v, const Part& part) {
   TaylorModel thrust = scale * (square * inv_root), thrust_rate = scale * (along * inv_root);
   if (begins || ends) {
     TaylorModel since;  // time from the reversal
-    since.c[0] = piece.duration * (part.centre - (ends ? 1.0 : 0.0));
-    since.c[1] = piece.duration * part.half;
+    since.c[0] = piece.duration * (parts.centre + (ends ? -1.0 : 0.0));
+    since.c[1] = piece.duration * parts.half;
     since.remainder = kUlp * since.size();
     const double side = ends ? -1.0 : 1.0;
     thrust_rate = side * (thrust + since * thrust_rate);
@@ -123,20 +118,16 @@ Models models_of(const PlanarPiece& piece, const Vehicle& v, const Part& part) {
   return out;
 }
 
-struct Doubt {
-  int bound = -1;
-  double excess = 0.0, relative = 0.0;
-};
-
-/// The row that its limits may be exceeded by most, relative to a size of its own.
-Doubt worst_of(const Models& models, const Vehicle& v, const Limits& limits, double speed_max) {
-  Doubt worst;
+/// What may exceed its limits by most.
+Doubts doubts_of(const Models& models, const Vehicle& v, const Limits& limits, double speed_max) {
+  Doubts doubts;
   const auto look = [&](int bound, const TaylorModel& row, double low, double high, double scale) {
     if (low == -kNoLimit && high == kNoLimit) return;
     const Interval interval = range(row);
-    double over = std::max(low - interval.low, interval.high - high);
-    if (std::isnan(over)) over = kNoLimit;
-    if (over / scale > worst.relative) worst = {bound, over, over / scale};
+    for (int lane = 0; lane < Pack::kWidth; ++lane) {
+      doubts[lane].consider(bound, low - interval.low.v[lane], scale);
+      doubts[lane].consider(bound, interval.high.v[lane] - high, scale);
+    }
   };
   const double hover = 0.25 * v.mass * v.gravity;
   for (int i = 0; i < 4; ++i) {
@@ -150,38 +141,21 @@ Doubt worst_of(const Models& models, const Vehicle& v, const Limits& limits, dou
   look(12, models.turning, -rate, rate, rate);
   look(13, models.speed_squared, -kNoLimit, fast, fast);
   look(14, models.height, limits.floor, limits.ceiling, 1.0);
-  return worst;
+  return doubts;
 }
 
 }  // namespace
 
 Certificate certify_planar(const std::vector<PlanarPiece>& pieces, const Vehicle& vehicle, const Limits& limits) {
   Certificate result;
-  double worst = 0.0;
   for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
-    std::vector<Part> open;
-    for (int i = kFirstParts - 1; i >= 0; --i) open.push_back({(i + 0.5) / kFirstParts, 0.5 / kFirstParts, 2});
-    while (!open.empty()) {
-      const Part part = open.back();
-      open.pop_back();
-      ++result.intervals;
-      const Doubt doubt = worst_of(models_of(pieces[k], vehicle, part), vehicle, limits, pieces[k].speed_max);
-      if (doubt.bound < 0) continue;
-      if (part.depth < kDeepest) {
-        open.push_back({part.centre + part.half / 2.0, part.half / 2.0, part.depth + 1});
-        open.push_back({part.centre - part.half / 2.0, part.half / 2.0, part.depth + 1});
-        continue;
-      }
-      result.unproven.push_back(k);
-      if (result.proven || doubt.relative > worst) {
-        worst = doubt.relative;
-        result.piece = k;
-        result.bound = doubt.bound;
-        result.excess = doubt.excess;
-      }
-      result.proven = false;
-      break;  // one is enough to refuse the piece
-    }
+    const PlanarPiece& piece = pieces[k];
+    const auto half = [&](double begin, double end, bool begins, bool ends) {
+      return prove(k, begin, end, result, [&](const Parts& parts) {
+        return doubts_of(models_of(piece, vehicle, parts, begins, ends), vehicle, limits, piece.speed_max);
+      });
+    };
+    if (half(0.0, 0.5, piece.begins_at_reversal, false)) half(0.5, 1.0, false, piece.ends_at_reversal);
   }
   return result;
 }
