@@ -6,9 +6,23 @@ BIN := $(VENV)/bin
 BUILD := build/editable
 MISSION ?= examples/first_flight.plan
 JOBS ?= 2
+TIME ?= 60
 CORTEX_M_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
+FUZZ_PACKAGES := clang llvm libclang-rt-14-dev
 
-.PHONY: fly test test-long lint analyse build boards board-m4 hil bench clean
+# $(call needs,commands,packages,for what): installs what is missing where it may, and says what to install otherwise.
+define needs
+@mkdir -p $(@D)
+@missing() { for each in $(1); do command -v $$each >/dev/null || return 0; done; return 1; }; \
+if missing && test "$$(id -u)" = 0 && command -v apt-get >/dev/null; then \
+  echo "installing for $(3): $(2)"; \
+  (apt-get update -qq && apt-get install -qq -y --no-install-recommends $(2)) >/dev/null; \
+fi; \
+if missing; then echo "$(3) needs $(1): sudo apt-get install $(2)"; exit 1; fi; \
+touch $@
+endef
+
+.PHONY: fly test test-long lint analyse build boards board-m4 hil fuzz bench clean
 fly: build
 	$(BIN)/halfroll fly $(MISSION) $(ARGS)
 
@@ -16,7 +30,7 @@ test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
 	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m "not long"
 
-test-long: build boards $(VENV)/clients
+test-long: build boards $(VENV)/clients analyse
 	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m long
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
@@ -31,21 +45,24 @@ board-m4 board-m7: board-%: $(VENV)/ready | build/deps/cortex-m
 	  || (cat build/cortex-$*.log; exit 1)
 	@$(BIN)/cmake --build build/cortex-$* -j $(JOBS)
 
-build/deps/cortex-m:
-	@mkdir -p build/deps
-	@if command -v arm-none-eabi-g++ >/dev/null && command -v qemu-system-arm >/dev/null; then :; \
-	elif test "$$(id -u)" = 0 && command -v apt-get >/dev/null; then \
-	  echo "installing the Cortex-M cross compiler and QEMU: $(CORTEX_M_PACKAGES)"; \
-	  (apt-get update -qq && apt-get install -qq -y --no-install-recommends $(CORTEX_M_PACKAGES)) >/dev/null; \
-	fi
-	@if command -v arm-none-eabi-g++ >/dev/null && command -v qemu-system-arm >/dev/null; then touch $@; \
-	else echo "The boards need a cross compiler and QEMU: sudo apt-get install $(CORTEX_M_PACKAGES)"; exit 1; fi
+# Each fuzz target for TIME seconds, under sanitizers; figures in build/fuzz.json, what breaks in build/fuzz/run/found.
+fuzz: $(VENV)/ready | build/deps/clang
+	@test -f build/fuzz/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset fuzz >/dev/null
+	@$(BIN)/cmake --build build/fuzz -j $(JOBS)
+	$(BIN)/python tests/fuzz/run.py --seconds $(TIME) --output build/fuzz.json
 
 bench: build
 	$(BIN)/python tests/bench/bench.py --output build/bench.json
 
 build: $(VENV)/ready
 	@$(BIN)/cmake --build $(BUILD) -j $(JOBS)
+
+build/deps/cortex-m:
+	$(call needs,arm-none-eabi-g++ qemu-system-arm,$(CORTEX_M_PACKAGES),the boards)
+build/deps/clang:
+	$(call needs,clang++ llvm-profdata llvm-cov,$(FUZZ_PACKAGES),fuzzing)
+build/deps/analysers:
+	$(call needs,clang-tidy cppcheck,clang-tidy cppcheck,static analysis)
 
 # The C++ tests need one header that no pip package carries.
 build/deps/doctest:
@@ -81,9 +98,7 @@ lint: $(VENV)/ready
 	git ls-files '*.cpp' '*.hpp' | xargs $(BIN)/clang-format --dry-run --Werror
 
 # Static analysis of the firmware; what is left out, and why, stands in .clang-tidy and .cppcheck.
-analyse: build
-	@command -v clang-tidy >/dev/null && command -v cppcheck >/dev/null || \
-	  (echo "analysis needs clang-tidy and cppcheck: sudo apt-get install clang-tidy cppcheck"; exit 1)
+analyse: build | build/deps/analysers
 	cppcheck --quiet --std=c++17 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
 	  --suppressions-list=.cppcheck -I firmware firmware
 	git ls-files 'firmware/*.cpp' ':!firmware/boards/cortex_m' | xargs -P $(JOBS) -n 4 \

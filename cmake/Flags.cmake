@@ -5,11 +5,19 @@ target_compile_options(halfroll_flags INTERFACE -Wall -Wextra -Wpedantic -Wshado
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(halfroll_flags INTERFACE -Wno-maybe-uninitialized)  # GCC sees ghosts in empty std::optionals
 endif()
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  target_compile_options(halfroll_flags INTERFACE -Wno-unused-lambda-capture)  # of empty parameter packs
+endif()
 if(CMAKE_CROSSCOMPILING)
   target_compile_options(halfroll_flags INTERFACE -fcallgraph-info=su)  # who calls whom, and the stack each takes: tests/hil/stack_depth.py
 endif()
 target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_MALLOC)
 if(HALFROLL_SANITIZE)
-  target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
+    -fno-sanitize=vptr)  # the firmware has no RTTI
   target_link_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE})
+endif()
+if(HALFROLL_FUZZ)
+  target_compile_options(halfroll_flags INTERFACE -fsanitize=fuzzer-no-link -fprofile-instr-generate -fcoverage-mapping)
+  target_link_options(halfroll_flags INTERFACE -fprofile-instr-generate)
 endif()

@@ -1,0 +1,202 @@
+// Two clients that upload, download, overwrite, clear and contradict each other in any order, over a disk that may
+// fail. Whatever is written to it must be one whole mission of one client, named by its own items.
+#include <algorithm>
+#include <cstring>
+
+#include "frames.hpp"
+#include "invariants.hpp"
+#include "sim/sitl/vehicle_file.hpp"
+
+namespace {
+
+using namespace halfroll;
+using namespace halfroll::fuzz;
+
+constexpr std::size_t kImageHeader = 12;  // magic, count, id
+constexpr int kLongestMs = 6000;          // an upload is given up after 5 s
+
+class Reader {
+ public:
+  Reader(const std::uint8_t* data, std::size_t size) : at_(data), end_(data + size) {}
+  bool empty() const { return at_ == end_; }
+  std::uint8_t byte() { return empty() ? std::uint8_t{0} : *at_++; }
+
+ private:
+  const std::uint8_t *at_, *end_;
+};
+
+template <class Packed>
+Bytes frame(std::uint8_t client, const Packed& packed,
+            std::uint16_t (*encode)(std::uint8_t, std::uint8_t, mavlink_status_t*, mavlink_message_t*, const Packed*)) {
+  mavlink_status_t status = {};
+  mavlink_message_t message = {};
+  encode(static_cast<std::uint8_t>(250 + client), 190, &status, &message, &packed);
+  Bytes bytes(MAVLINK_MAX_PACKET_LEN);
+  bytes.resize(mavlink_msg_to_send_buffer(bytes.data(), &message));
+  return bytes;
+}
+
+/// The autopilot on a table, and its disk.
+class Table {
+ public:
+  Table() : setup_(sitl::make_vehicle("mit-vp", {})), autopilot_(setup_.vehicle, setup_.params) {}
+
+  void hear(std::uint8_t client, const Bytes& bytes) {
+    const link::Datagram datagram{{client, 0}, bytes.data(), bytes.size()};
+    LinkInputs in;
+    in.rx = &datagram;
+    in.rx_count = 1;
+    in.stored = stored_;
+    stored_ = {};
+    settle(autopilot_.service(in));
+  }
+  void wait(int milliseconds) {
+    for (int n = 0; n < milliseconds; ++n) {
+      Inputs in;
+      in.measured.imu.specific_force_B = {0.F, 0.F, kGravity};
+      in.link.stored = stored_;
+      stored_ = {};
+      const Outputs out = autopilot_.step(in);
+      check_step(autopilot_, out, setup_.vehicle, t_us_);
+      t_us_ += 1000;
+      settle(out.link);
+    }
+  }
+  void disk_works(bool does) { disk_works_ = does; }
+  void somebody_overwrites_parts() { mixed_ = true; }
+
+ private:
+  void settle(const LinkOutputs& out) {
+    check_frames(out, t_us_);
+    if (out.store.slot == link::StorageSlot::kNone) return;
+    if (out.store.slot == link::StorageSlot::kMission) check_image(out.store);
+    stored_ = {out.store.slot, disk_works_};
+  }
+
+  void check_image(const link::StorageRequest& image) const {
+    std::uint32_t count = 0, id = 0;
+    if (image.size < kImageHeader) fail("a mission's image without its header", t_us_);
+    std::memcpy(&count, image.bytes + 4, 4);
+    std::memcpy(&id, image.bytes + 8, 4);
+    if (image.size != kImageHeader + count * sizeof(link::MissionItem))
+      fail("a mission's image of another size", t_us_);
+    std::vector<link::MissionItem> items(count);
+    if (count > 0) std::memcpy(items.data(), image.bytes + kImageHeader, count * sizeof(link::MissionItem));
+    const int size = static_cast<int>(count);
+    if (link::mission_id(items.data(), size) != id) fail("a stored mission that is not named by its items", t_us_);
+    for (int seq = 0; seq < size; ++seq) {
+      const auto& item = items[static_cast<std::size_t>(seq)];
+      if (link::check_item(item, seq, 500.F) != link::MissionResult::kAccepted) fail("a stored item is invalid", t_us_);
+      if (!mixed_ && item.p[0] != items[0].p[0]) fail("a stored mission of two clients", t_us_);
+    }
+  }
+
+  sitl::VehicleSetup setup_;
+  Autopilot autopilot_;
+  link::StorageResult stored_;
+  std::uint64_t t_us_ = 0;
+  bool disk_works_ = true, mixed_ = false;
+};
+
+Bytes item(std::uint8_t client, std::uint16_t seq, Reader& more) {
+  constexpr std::uint16_t kCommands[] = {16, 16, 16, 19, 20, 21, 22, 93, 112, 177, 178, 206, 31000, 31010, 9999};
+  mavlink_mission_item_int_t m = {};
+  m.target_system = m.target_component = 1;
+  m.seq = seq;
+  const std::uint8_t how = more.byte();
+  m.command = kCommands[how < 200 ? 0 : how % std::size(kCommands)];
+  m.param1 = client;  // a hold time, where it is one
+  m.frame = how % 32 == 31 ? more.byte() : std::uint8_t{MAV_FRAME_GLOBAL_RELATIVE_ALT};
+  m.autocontinue = 1;
+  m.x = 473977420 + 100 * more.byte();
+  m.y = 85455940;
+  m.z = how % 32 == 30 ? 1e9F : 10.F;
+  return frame(client, m, mavlink_msg_mission_item_int_encode_status);
+}
+
+Bytes count(std::uint8_t client, std::uint16_t number) {
+  mavlink_mission_count_t m = {};
+  m.target_system = m.target_component = 1;
+  m.count = number;
+  return frame(client, m, mavlink_msg_mission_count_encode_status);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Reader input(data, size);
+  Table table;
+  std::uint16_t next[2] = {0, 0};  // what each client would send, if it kept to the rules
+  int left_ms = kLongestMs;
+  while (!input.empty()) {
+    const std::uint8_t op = input.byte();
+    const std::uint8_t client = op >> 7U;
+    switch (op & 15U) {
+      case 0:
+      case 1:
+      case 2:
+      case 3: table.hear(client, item(client, next[client]++, input)); break;
+      case 4: table.hear(client, item(client, input.byte(), input)); break;
+      case 5:
+        next[client] = 0;
+        table.hear(client, count(client, input.byte() % 24));
+        break;
+      case 6:
+        next[client] = 0;
+        table.hear(client, count(client, static_cast<std::uint16_t>(input.byte() * 16)));
+        break;
+      case 7: {
+        mavlink_mission_clear_all_t m = {};
+        m.target_system = m.target_component = 1;
+        m.mission_type = input.byte();
+        table.hear(client, frame(client, m, mavlink_msg_mission_clear_all_encode_status));
+        break;
+      }
+      case 8: {
+        mavlink_mission_request_list_t m = {};
+        m.target_system = m.target_component = 1;
+        m.mission_type = input.byte() % 4;
+        table.hear(client, frame(client, m, mavlink_msg_mission_request_list_encode_status));
+        break;
+      }
+      case 9: {
+        mavlink_mission_request_int_t m = {};
+        m.target_system = m.target_component = 1;
+        m.seq = input.byte();
+        table.hear(client, frame(client, m, mavlink_msg_mission_request_int_encode_status));
+        break;
+      }
+      case 10: {
+        mavlink_mission_write_partial_list_t m = {};
+        m.target_system = m.target_component = 1;
+        m.start_index = static_cast<std::int16_t>(input.byte() - 8);
+        m.end_index = static_cast<std::int16_t>(input.byte() - 8);
+        next[client] = static_cast<std::uint16_t>(std::max<int>(m.start_index, 0));
+        table.somebody_overwrites_parts();
+        table.hear(client, frame(client, m, mavlink_msg_mission_write_partial_list_encode_status));
+        break;
+      }
+      case 11: {
+        mavlink_mission_ack_t m = {};
+        m.target_system = m.target_component = 1;
+        m.type = input.byte();
+        table.hear(client, frame(client, m, mavlink_msg_mission_ack_encode_status));
+        break;
+      }
+      case 12: table.disk_works(op < 64); break;
+      case 13: {
+        mavlink_mission_set_current_t m = {};
+        m.target_system = m.target_component = 1;
+        m.seq = input.byte();
+        table.hear(client, frame(client, m, mavlink_msg_mission_set_current_encode_status));
+        break;
+      }
+      default: {
+        const int wait_ms = 1 + 8 * input.byte();
+        if ((left_ms -= wait_ms) < 0) return 0;
+        table.wait(wait_ms);
+      }
+    }
+  }
+  return 0;
+}
