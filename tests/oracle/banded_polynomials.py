@@ -89,7 +89,8 @@ def _blocks(free, durations, h, left, right):
     np.multiply(after * right[:, 1:, None], -_START_ROWS[:, GIVEN:], out=inner[..., 2 * GIVEN :])
 
     continuity = np.maximum(np.cumsum(free, axis=1) - 1, 0)  # (nodes, 5): which continuity row a free derivative takes
-    rows = rows[:, np.arange(nodes)[:, None], continuity]
+    taken = GIVEN * np.arange(nodes)[:, None] + continuity
+    rows = rows.reshape(B, nodes * GIVEN, 3 * GIVEN).take(taken, axis=1)
     rows *= free[:, :, None]
     d = np.arange(GIVEN)
     rows[:, :, d, GIVEN + d] += ~free

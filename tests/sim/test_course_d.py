@@ -29,11 +29,10 @@ def test_course_d_is_flown_by_a_hundred_of_a_hundred_seeds(mode):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("mode", "margin", "least"), [("paper", 0.1, 100), ("fast", 0.1, 70), ("fast", 0.2, 95)])
+@pytest.mark.parametrize(("mode", "margin", "least"), [("paper", 0.1, 100), ("fast", 0.1, 90), ("fast", 0.2, 95)])
 def test_course_d_in_wind_with_a_weak_rotor_is_survived(mode, margin, least):
     """A plan near the least time asks more than 85 % of each rotor for more than half of the flight if a tenth is its
-    margin. One that has lost 15 % cannot give that: the vehicle sinks behind the plan and arrives late, farther off
-    than half a metre where the stream ends, but flying. With a margin above the loss it arrives."""
+    margin. One that has lost 15 % cannot give that: the vehicle falls behind by a metre, and arrives all the same."""
     asked = np.array([plan("mit-vp", mode, margin).sample()[f"f{i}_N"] for i in range(1, 5)])
     if mode == "fast":
         assert (np.mean(asked > LEFT_N) > 0.5) == (margin < 0.15)
