@@ -27,10 +27,10 @@ from halfroll.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]
 
-# [N], below it, and so close to a flip, u = F/|F| is taken from its series: of what rounding leaves of F at the flip
-# itself, u'' makes as much as F'^2/F^3
-NEAR_ZERO_FORCE = 0.015
-NEAR_ZERO_TIME = 0.005  # [s]
+# [N], below it, and so close to a flip, u = F/|F| is taken from its series. Of what rounding leaves of F at the flip
+# itself, u'' makes as much as F'^2/F^3: where F' is large the series serves farther, but no longer.
+NEAR_ZERO_FORCE, QUICK_FORCE = 1e-3, 0.015
+NEAR_ZERO_TIME, QUICK_TIME = 0.005, 5e-5  # [s]
 _VERTICAL = 1e-10  # horizontal force and its derivatives, relative to the weight: purely vertical flight
 
 
@@ -217,7 +217,8 @@ def _thrust_axis(t: Array, force: Array, sign: Array, vertical: NDArray[np.bool_
     up[0, 2] = 1.0
     along = np.where(vertical, up, force[:3])
     for k, flip in enumerate(flips):  # u = F/(t - flip) is smooth through F = 0; its series is exact to (t - flip)³
-        near = (np.abs(force[0]).max(axis=0) < NEAR_ZERO_FORCE) & (np.abs(t - flip) < NEAR_ZERO_TIME)
+        size, away = np.abs(force[0]).max(axis=0), np.abs(t - flip)
+        near = (size < np.where(away < QUICK_TIME, QUICK_FORCE, NEAR_ZERO_FORCE)) & (away < NEAR_ZERO_TIME)
         since = (t - flip)[near]
         _, f1, f2, f3 = force[:, :, near]
         along[:, :, near] = f1 - f2 * since / 2.0 + f3 * since**2 / 6.0, f2 / 2.0 - f3 * since / 3.0, f3 / 3.0
