@@ -102,9 +102,9 @@ def fly_mission(
 
         def look_around() -> None:
             nonlocal told_s
-            watch()
             if wall_s() - told_s > _TIME_EVERY_S:
                 told_s = wall_s()
+                watch()
                 report(Event("time", offboard_link.t_us * 1e-6, "", item=pilot.item))
 
         fly_together(station, pilot, ((offboard_link, offboard), (gcs_link, gcs)), look_around)

@@ -7,7 +7,8 @@ one message (mission transfer, commands with their answer) is a conversation, se
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,7 @@ _TEXT_LENGTH = 50
 _PREARM_CHECK = dialect.MAV_SYS_STATUS_PREARM_CHECK
 _MISSION_TYPE = 0  # the mission itself, not fence or rally points
 _BODY_RATE_LARGEST, _THRUST_LARGEST = 40.0, 1.0  # a setpoint beyond is dropped whole
+_MAGIC, _HEADER, _CHECKSUM = 0xFD, 10, 2  # of a MAVLink 2 frame
 
 
 @dataclass(frozen=True)
@@ -208,6 +210,36 @@ _DECODE: dict[str, Callable[[Any], Message]] = {
 }
 
 
+def _offset_of_time(kind: Any) -> int | None:
+    """Where in the payload time_boot_ms stands."""
+    if "time_boot_ms" not in kind.ordered_fieldnames:
+        return None
+    before = kind.ordered_fieldnames.index("time_boot_ms")
+    letters = kind.native_format[1 : before + 1].decode()
+    return struct.calcsize("<" + "".join(f"{n or 1}{c}" for n, c in zip(kind.array_lengths, letters, strict=False)))
+
+
+_READ = {"ATTITUDE_QUATERNION", "LOCAL_POSITION_NED", *_DECODE}
+# id -> checksum seed, and where the time stands in those of which nothing else is read
+_ONLY_TIME = {
+    number: (kind.crc_extra, _offset_of_time(kind))
+    for number, kind in dialect.mavlink_map.items()
+    if kind.msgname not in _READ
+}
+
+
+def whole_frames(datagram: bytes) -> list[bytes] | None:
+    """The frames of a datagram that holds whole unsigned MAVLink 2 frames; None for any other."""
+    frames, begin = [], 0
+    while begin < len(datagram):
+        if len(datagram) - begin < _HEADER + _CHECKSUM or datagram[begin] != _MAGIC or datagram[begin + 2] != 0:
+            return None
+        end = begin + _HEADER + datagram[begin + 1] + _CHECKSUM
+        frames.append(datagram[begin:end])
+        begin = end
+    return frames if begin == len(datagram) else None
+
+
 class Link:
     """One end of a MAVLink 2 connection to one autopilot, which is the first one heard.
 
@@ -229,11 +261,36 @@ class Link:
         """What the autopilot has sent, in order, after waiting at most timeout_s for something."""
         messages = []
         for datagram in self._transport.receive(timeout_s):
-            for frame in self._codec.parse_buffer(datagram) or ():
+            for frame in self._parsed(datagram):
                 message = self._accept(frame)
                 if message is not None:
                     messages.append(message)
         return messages
+
+    def _parsed(self, datagram: bytes) -> Iterator[Any]:
+        """Its frames as pymavlink has them. Its parser takes bytes in any portions, and half of a tick's time: it is
+        spared what comes whole, and what nobody reads."""
+        frames = whole_frames(datagram) if not self._codec.buf_len() else None
+        if frames is None:
+            yield from self._codec.parse_buffer(datagram) or ()
+            return
+        for frame in frames:
+            seed_and_offset = _ONLY_TIME.get(frame[7] | frame[8] << 8 | frame[9] << 16)
+            if seed_and_offset is not None:
+                self._read_time(frame, *seed_and_offset)
+                continue
+            try:
+                yield self._codec.decode(bytearray(frame))
+            except dialect.MAVError:
+                continue
+
+    def _read_time(self, frame: bytes, seed: int, offset: int | None) -> None:
+        if offset is None or frame[5] != self.vehicle_system or frame[6] != AUTOPILOT:
+            return
+        checksum = dialect.x25crc(frame[1:-_CHECKSUM] + bytes((seed,))).crc
+        if checksum == int.from_bytes(frame[-_CHECKSUM:], "little"):
+            at = _HEADER + offset
+            self.t_us = 1000 * int.from_bytes(frame[at : min(at + 4, len(frame) - _CHECKSUM)], "little")
 
     def address(self, vehicle_system: int) -> None:
         """Talk to this autopilot, heard or not."""

@@ -88,10 +88,17 @@ class Leads:
         begin, end = middle + self.delay - TICK_S / 2.0, middle + self.delay + TICK_S / 2.0
         speed_up = path.rate_at(end) - path.rate_at(begin)
         further = path.rate_change_at(end) - path.rate_change_at(begin)
-        x, y, z = w = path.rate_at(middle)
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        extra = np.linalg.solve(self.rate_gain * np.eye(3) - cross, (speed_up + self.lag * further) / TICK_S)
+        w = path.rate_at(middle)
+        extra = _without_turning(self.rate_gain, w.tolist(), ((speed_up + self.lag * further) / TICK_S).tolist())
         return np.asarray(w - path.rate_at(t) + extra)
+
+
+def _without_turning(gain: float, w: list[float], b: list[float]) -> Array:
+    """(3,) e of gain e - w x e = b: (gain² b + gain w x b + w (w b)) / (gain (gain² + w²))."""
+    (x, y, z), (p, q, r) = w, b
+    along, share = x * p + y * q + z * r, 1.0 / (gain * (gain * gain + x * x + y * y + z * z))
+    crossed = (y * r - z * q, z * p - x * r, x * q - y * p)
+    return np.array([share * (gain * (gain * b[i] + crossed[i]) + w[i] * along) for i in range(3)])
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from fake_autopilot import FakeAutopilot
+from hypothesis import given
+from hypothesis import strategies as st
 
 from halfroll import link as wire
 from halfroll.conversations import (
@@ -102,6 +105,48 @@ def test_a_position_without_the_attitude_of_the_same_moment_is_no_telemetry(conn
     autopilot.send("attitude_quaternion", 120, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     autopilot.send("local_position_ned", 130, 1.0, 2.0, -3.0, 0.0, 0.0, 0.0)
     assert link.receive() == []
+
+
+def test_the_time_is_heard_from_messages_that_nobody_reads_unless_they_are_damaged_or_another_vehicle_s(connected):
+    link, autopilot = connected
+    autopilot.send("attitude", 120, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
+    assert (link.receive(), link.t_us) == ([], 120_000)
+    autopilot.codecs[0].srcSystem = 2
+    autopilot.send("attitude", 130, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
+    assert (link.receive(), link.t_us) == ([], 120_000)
+    damaged = bytearray(frame_of("attitude", 140, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0))
+    damaged[12] ^= 1
+    assert heard([bytes(damaged)]) == ([], 0)
+    assert heard([frame_of("servo_output_raw", 140_000, 1, *[1500] * 8)]) == ([], 0)  # that is another time
+
+
+@given(st.sets(st.integers(1, 200), max_size=12))
+def test_bytes_in_any_portions_say_what_whole_datagrams_say(cuts):
+    stream = b"".join([
+        frame_of("attitude", 6, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0),
+        frame_of("attitude_quaternion", 7, 1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3),
+        frame_of("local_position_ned", 7, 1.0, 2.0, -3.0, 0.1, 0.2, 0.3),
+        frame_of("mission_item_reached", 3),
+        frame_of("statustext", 6, b"Mission: plan ready"),
+    ])  # fmt: skip
+    edges = [0, *sorted(cut for cut in cuts if cut < len(stream)), len(stream)]
+    assert heard([stream[a:b] for a, b in pairwise(edges)]) == heard([stream])
+    assert heard([stream])[1] == 7000
+
+
+def frame_of(name, *fields):
+    codec = wire.dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    return getattr(codec, f"{name}_encode")(*fields).pack(codec)
+
+
+def heard(pieces):
+    """What a link makes of these, and the time it has then."""
+    here, there = MemoryTransport.pair()
+    link = Link(here, wire.GROUND)
+    link.address(1)
+    for piece in pieces:
+        there.send(piece)
+    return [str(message) for message in link.receive()], link.t_us
 
 
 def test_a_setpoint_carries_attitude_rates_signed_thrust_and_its_stamp(connected):
