@@ -31,11 +31,12 @@ _TIME_EVERY_S = 0.2  # wall clock: whoever watches hears where the flight is
 
 @dataclass(frozen=True)
 class Orders:
-    """What to fly."""
+    """What to fly; core: of the processor, to stay on while flying."""
 
     mission: Mission
     vehicle: Vehicle
     options: PlanOptions = DEFAULT_OPTIONS
+    core: int | None = None
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def fly_together(
     heard_s = wall_s()
     while not pilot.done:
         wait_for_any([transport for _, transport in links], _POLL_S)
-        while hear_all([link for link, _ in links], hearers):
+        if hear_all([link for link, _ in links], hearers):
             heard_s = wall_s()
         if wall_s() - heard_s > SILENT_S:
             raise LinkError(f"the autopilot has been silent for {SILENT_S:.0f} s; is its process stopped? fly again")
@@ -88,6 +89,8 @@ def fly_mission(
     """One mission from upload to shutdown of the vehicle. Raises what ended it."""
     offboard_link, gcs_link = Link(offboard, GROUND), Link(gcs, GCS, GCS_SYSTEM)
     with PlanningProcess() as planner:
+        if orders.core is not None:  # the planner has begun, and goes where it likes
+            os.sched_setaffinity(0, {orders.core})
         station = Station(
             offboard_link,
             orders.vehicle,

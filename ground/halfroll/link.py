@@ -6,6 +6,7 @@ one message (mission transfer, commands with their answer) is a conversation, se
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import struct
 from collections.abc import Callable, Iterator
@@ -228,6 +229,16 @@ _ONLY_TIME = {
 }
 
 
+# id -> the message, checksum seed and layout of those that come every tick; what trails is an extension nobody fills
+_EVERY_TICK = {
+    kind.id: (kind, kind.crc_extra, struct.Struct(layout))
+    for kind, layout in (
+        (dialect.MAVLink_attitude_quaternion_message, "<I7f"),
+        (dialect.MAVLink_local_position_ned_message, "<I6f"),
+    )
+}
+
+
 def whole_frames(datagram: bytes) -> list[bytes] | None:
     """The frames of a datagram that holds whole unsigned MAVLink 2 frames; None for any other."""
     frames, begin = [], 0
@@ -238,6 +249,11 @@ def whole_frames(datagram: bytes) -> list[bytes] | None:
         frames.append(datagram[begin:end])
         begin = end
     return frames if begin == len(datagram) else None
+
+
+def _is_sound(frame: bytes, seed: int) -> bool:
+    checksum = dialect.x25crc(frame[1:-_CHECKSUM] + bytes((seed,))).crc
+    return bool(checksum == int.from_bytes(frame[-_CHECKSUM:], "little"))
 
 
 class Link:
@@ -275,20 +291,23 @@ class Link:
             yield from self._codec.parse_buffer(datagram) or ()
             return
         for frame in frames:
-            seed_and_offset = _ONLY_TIME.get(frame[7] | frame[8] << 8 | frame[9] << 16)
-            if seed_and_offset is not None:
-                self._read_time(frame, *seed_and_offset)
-                continue
-            try:
-                yield self._codec.decode(bytearray(frame))
-            except dialect.MAVError:
-                continue
+            number = frame[7] | frame[8] << 8 | frame[9] << 16
+            if number in _ONLY_TIME:
+                self._read_time(frame, *_ONLY_TIME[number])
+            elif number in _EVERY_TICK:
+                kind, seed, layout = _EVERY_TICK[number]
+                if _is_sound(frame, seed):
+                    message = kind(*layout.unpack(frame[_HEADER:-_CHECKSUM].ljust(layout.size, b"\0")[: layout.size]))
+                    message._header = dialect.MAVLink_header(number, 0, 0, frame[1], frame[4], frame[5], frame[6])
+                    yield message
+            else:
+                with contextlib.suppress(dialect.MAVError):
+                    yield self._codec.decode(bytearray(frame))
 
     def _read_time(self, frame: bytes, seed: int, offset: int | None) -> None:
         if offset is None or frame[5] != self.vehicle_system or frame[6] != AUTOPILOT:
             return
-        checksum = dialect.x25crc(frame[1:-_CHECKSUM] + bytes((seed,))).crc
-        if checksum == int.from_bytes(frame[-_CHECKSUM:], "little"):
+        if _is_sound(frame, seed):
             at = _HEADER + offset
             self.t_us = 1000 * int.from_bytes(frame[at : min(at + 4, len(frame) - _CHECKSUM)], "little")
 

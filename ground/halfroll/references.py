@@ -226,28 +226,27 @@ class References:
         """What to send at the tick of `state` when `path` began at start_us of vehicle time."""
         t = (state.t_us - start_us) * 1e-6
         planned = path.at(t)
+        asked: dict[str, Any] = {
+            "t_us": state.t_us,
+            "q_WB": state.q_WB,
+            "w_WB_B": state.w_WB_B,
+            "p_WB": state.p_WB,
+            "v_WB": state.v_WB,
+            "lead_acceleration": self._leads.acceleration(path, t),
+            "mid_age": self._leads.mid_age,
+            "sigma": path.sigma_at(t),
+            "sigma_event_near": path.is_near_sigma_event(t),
+        }
 
-        def asked(now: FlatReference) -> dict[str, Any]:
-            return {
-                "t_us": state.t_us,
-                "q_WB": state.q_WB,
-                "w_WB_B": state.w_WB_B,
-                "p_WB": state.p_WB,
-                "v_WB": state.v_WB,
-                "at_sample": now,  # telemetry is the estimate for its own stamp, the tick
-                "now": now,
-                "lead_acceleration": self._leads.acceleration(path, t),
-                "lead_rate": self._leads.rate_ahead(path, t),
-                "mid_age": self._leads.mid_age,
-                "sigma": path.sigma_at(t),
-                "sigma_event_near": path.is_near_sigma_event(t),
-            }
+        def step(loop: OuterLoop, now: FlatReference, lead_rate: Array) -> Setpoint:
+            # telemetry is the estimate for its own stamp, the tick
+            return loop.step(**asked, at_sample=now, now=now, lead_rate=lead_rate)
 
         now = _flat(planned)
         if path.leads_nose_at(t):
-            tried = self._loop.copy().step(**asked(now) | {"lead_rate": np.zeros(3)})
+            tried = step(self._loop.copy(), now, _NO_RATE)
             now = _flat(_nose_led(planned, path.rate_at(t)[2], tried))
-        return self._loop.step(**asked(now))
+        return step(self._loop, now, self._leads.rate_ahead(path, t))
 
 
 def _nose_led(planned: Array, rate: float, tried: Setpoint) -> Array:
@@ -270,6 +269,7 @@ def _nose_led(planned: Array, rate: float, tried: Setpoint) -> Array:
 
 
 _UP = np.array([0.0, 0.0, 1.0])
+_NO_RATE = np.zeros(3)
 
 
 def _least_rotation(a: Array, b: Array) -> Array:

@@ -70,13 +70,15 @@ void Simulation::run() {
     if (lockstep && firmware_->shown().t_us % kReferenceUs == 0) ground = wait_for_ground();
     if (rebooting_) reboot();
   }
+  release();
   board_report_ = firmware_->finish();
   if (log_ && !log_->finish(commands_sha256())) {
     std::fprintf(stderr, "halfroll-sitl: the log %s is not complete, is the disk full?\n", options_.log.c_str());
   }
 }
 
-/// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next.
+/// One millisecond. In lockstep nobody listens between two barriers: what arrives waits for the next, and so does what
+/// is said, lest the ground station wake for every piece of it.
 void Simulation::step(bool listening) {
   Inputs in = sensed(world_);
   if (listening) in.link = hear(link::kStepDatagrams, link::kStepBytes / 2);
@@ -88,7 +90,7 @@ void Simulation::step(bool listening) {
     const hil::Shown& shown = firmware_->shown();
     log_->add({steps_ * kStepUs, world_, shown.estimate, shown.reference, out.rotors, shown.mode, shown.armed});
   }
-  carry(out.link);
+  carry(out.link, listening ? Say::kNow : Say::kAtBarrier);
   sim::step(model_, world_, out.rotors);
   tell_of_crash();
   ++steps_;
@@ -99,10 +101,11 @@ Simulation::Ground Simulation::wait_for_ground() {
   const std::uint64_t began_us = host::wall_us();
   std::uint64_t asked_us = began_us;
   ground_heard_us_ = began_us;
+  release();  // on all links, before the question goes out on one
   firmware_->ask_time();
   while (!ending()) {
     const LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
-    carry(firmware_->service(in));
+    carry(firmware_->service(in), Say::kNow);
     if (rebooting_) return Ground::kAnswered;  // nobody will: the question went with the clock
     if (firmware_->shown().time_answered) {
       ground_seen_ = true;
@@ -133,15 +136,24 @@ LinkInputs Simulation::hear(std::size_t most, std::size_t most_bytes) {
   return in;
 }
 
-void Simulation::carry(const LinkOutputs& out) {
+void Simulation::carry(const LinkOutputs& out, Say when) {
   for (std::size_t i = 0; i < out.tx_count; ++i) {
     const link::TxFrame& frame = out.tx[i];
-    links_.send(frame);
+    if (when == Say::kNow) {
+      links_.send(frame);
+    } else {
+      held_.push_back(frame);
+    }
     if (!log_ || frame.to.link != 0) continue;  // texts go to all links: once is enough
     if (const auto text = said(frame)) log_->say(steps_ * kStepUs, *text);
   }
   shut_down_ = shut_down_ || out.shut_down;
   rebooting_ = rebooting_ || out.reboot;
+}
+
+void Simulation::release() {
+  links_.send(held_);
+  held_.clear();
 }
 
 /// The autopilot starts again from what is stored, and its clock with it; the vehicle stays where it is.

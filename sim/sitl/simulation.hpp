@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "autopilot.hpp"
 #include "boards/host/udp_links.hpp"
@@ -34,11 +35,13 @@ class Simulation {
 
  private:
   enum class Ground { kAnswered, kSilent, kEnding };
+  enum class Say { kNow, kAtBarrier };
 
   void step(bool listening);
   Ground wait_for_ground();
   LinkInputs hear(std::size_t most, std::size_t most_bytes);
-  void carry(const LinkOutputs& out);
+  void carry(const LinkOutputs& out, Say when);
+  void release();
   void reboot();
   void tell_of_crash();
   bool ending() const;
@@ -47,6 +50,7 @@ class Simulation {
   VehicleSetup setup_;
   const volatile std::sig_atomic_t& stop_;
   host::UdpLinks links_;
+  std::vector<link::TxFrame> held_;  // until the barrier
   std::optional<FlightLog> log_;
   std::unique_ptr<Firmware> firmware_;
   sim::Model model_;

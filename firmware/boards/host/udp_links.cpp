@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -26,6 +27,11 @@ bool well_formed(const std::uint8_t* bytes, std::size_t size) {
   const std::size_t payload = bytes[1];
   if (bytes[0] == 0xFE) return size >= payload + 8;
   return bytes[0] == 0xFD && size >= payload + 12;
+}
+
+bool is_for(const link::TxFrame& frame, std::size_t link, std::size_t slot) {
+  return (frame.to.link == link::kAllLinks || frame.to.link == link) &&
+         (frame.to.slot == link::kEveryone || frame.to.slot == slot);
 }
 
 }  // namespace
@@ -118,18 +124,37 @@ void UdpLinks::wait(int ms) const {
 
 void UdpLinks::send(const link::TxFrame& frame) {
   for (std::size_t i = 0; i < links_.size(); ++i) {
-    if (frame.to.link != link::kAllLinks && frame.to.link != i) continue;
     for (std::size_t slot = 0; slot < kSlots; ++slot) {
-      if (frame.to.slot == link::kEveryone || frame.to.slot == slot) send_to(links_[i], links_[i].peers[slot], frame);
+      if (is_for(frame, i, slot)) send_to(links_[i], links_[i].peers[slot], frame.bytes.data(), frame.size);
     }
   }
 }
 
-void UdpLinks::send_to(const Link& link, const Peer& peer, const link::TxFrame& frame) {
+void UdpLinks::send(const std::vector<link::TxFrame>& frames) {
+  std::array<std::uint8_t, kPacked> packed;
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    for (std::size_t slot = 0; slot < kSlots; ++slot) {
+      const Peer& peer = links_[i].peers[slot];
+      if (peer.address == 0) continue;
+      std::size_t size = 0;
+      for (const link::TxFrame& frame : frames) {
+        if (!is_for(frame, i, slot)) continue;
+        if (size + frame.size > kPacked) {
+          send_to(links_[i], peer, packed.data(), size);
+          size = 0;
+        }
+        std::copy_n(frame.bytes.begin(), frame.size, packed.begin() + static_cast<std::ptrdiff_t>(size));
+        size += frame.size;
+      }
+      if (size > 0) send_to(links_[i], peer, packed.data(), size);
+    }
+  }
+}
+
+void UdpLinks::send_to(const Link& link, const Peer& peer, const std::uint8_t* bytes, std::size_t size) {
   if (peer.address == 0) return;
   const sockaddr_in to = to_sockaddr(peer.address, peer.port);
-  static_cast<void>(
-      ::sendto(link.socket, frame.bytes.data(), frame.size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+  static_cast<void>(::sendto(link.socket, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
 }
 
 }  // namespace halfroll::host

@@ -45,9 +45,12 @@ class UdpLinks {
 
   /// Send to one endpoint or to all; what cannot be sent is lost, as on any radio.
   void send(const link::TxFrame& frame);
+  /// The same of several, in as few datagrams as they fit in; order is kept for each peer.
+  void send(const std::vector<link::TxFrame>& frames);
 
  private:
   static constexpr std::size_t kSlots = 9;
+  static constexpr std::size_t kPacked = 1200;  // bytes that pass any network whole
   static constexpr std::uint64_t kForgetUs = 30000000;
 
   struct Peer {
@@ -64,7 +67,7 @@ class UdpLinks {
   void close_all();
   void drain(std::uint8_t index, std::uint64_t wall_us, std::size_t most, std::size_t most_bytes);
   static int slot_of(Link& link, Peer sender, const std::uint8_t* bytes, std::size_t size);
-  static void send_to(const Link& link, const Peer& peer, const link::TxFrame& frame);
+  static void send_to(const Link& link, const Peer& peer, const std::uint8_t* bytes, std::size_t size);
 
   std::array<Link, link::kLinkCount> links_;
   std::vector<std::array<std::uint8_t, kLongest>> buffers_;

@@ -49,7 +49,7 @@ class Client {
   }
   /// Bytes of the next datagram, 0 if there is none; `from` gets the sender's port.
   std::size_t receive(std::uint16_t* from = nullptr) const {
-    std::uint8_t buffer[512];
+    std::uint8_t buffer[2048];
     sockaddr_in sender{};
     socklen_t size = sizeof sender;
     const ssize_t n =
@@ -120,6 +120,17 @@ TEST_CASE("a reply goes to the one who asked, a stream to everyone on its link")
   CHECK(l.gcs.receive() == 0);
   l.links.send(frame_to(link::kAllLinks, link::kEveryone));
   CHECK(l.gcs.receive() == 12);
+}
+
+TEST_CASE("several frames go to each peer in as few datagrams as 1200 bytes allow") {
+  Loopback l;
+  l.links.send({frame_to(0, 0), frame_to(0, 1), frame_to(link::kAllLinks, link::kEveryone)});
+  CHECK(l.station.receive() == 24);
+  CHECK(l.gcs.receive() == 12);
+  l.links.send(std::vector<link::TxFrame>(150, frame_to(0, 0)));
+  CHECK(l.station.receive() == 1200);
+  CHECK(l.station.receive() == 600);
+  CHECK(l.station.receive() == 0);
 }
 
 TEST_CASE("noise makes no endpoint") {
