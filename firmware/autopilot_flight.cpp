@@ -26,7 +26,7 @@ FollowerTarget Autopilot::hold_target() const {
 
 /// Mode HOLD at a place that was the target anyway.
 void Autopilot::hold_at(const Vec3& position) {
-  const Vec3 there = position;  // it may be hold_position_, which entering a mode moves
+  const Vec3 there = position;  // NOLINT(performance-*): it may be hold_position_, which entering a mode moves
   enter(Mode::kHold, Requester::kAutopilot);
   hold_position_ = there;
   stopping_ = false;
