@@ -10,6 +10,7 @@ _STARTS_PROCESSES = ("system", "hil", "test_readme.py")
 _IN_PROCESS = "system/contract"
 
 
+@pytest.hookimpl(tryfirst=True)  # before the workers read the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One worker runs what starts simulators and ground stations, as these listen on the same ports; others go file by
     file, so that what a file prepares is prepared once."""
