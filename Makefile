@@ -28,10 +28,10 @@ fly: build
 
 test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
-	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m "not long"
+	$(BIN)/pytest -n $(JOBS) -m "not long"
 
 test-long: build boards $(VENV)/clients analyse
-	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m long
+	$(BIN)/pytest -n $(JOBS) -m long
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
 hil: build boards

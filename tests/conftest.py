@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
-_STARTS_PROCESSES = ("system", "hil", "test_readme.py")
-_IN_PROCESS = "system/contract"
+_STARTS_PROCESSES = ("tests/system/", "tests/hil/", "tests/test_readme.py")
+_IN_PROCESS = "tests/system/contract/"
 
 
-@pytest.hookimpl(tryfirst=True)  # before the workers read the groups
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One worker runs what starts simulators and ground stations, as these listen on the same ports; others go file by
-    file, so that what a file prepares is prepared once."""
-    here = Path(__file__).parent
-    for item in items:
-        path = item.path.relative_to(here)
-        shares_ports = path.parts[0] in _STARTS_PROCESSES and not path.is_relative_to(_IN_PROCESS)
-        item.add_marker(pytest.mark.xdist_group("ports" if shares_ports else str(path)))
+class ByFileAndPorts(LoadScopeScheduling):
+    """One worker runs what starts simulators and ground stations, as these listen on the same ports.
+
+    The rest goes file by file, so that what a file prepares is prepared once.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.split("::")[0]
+        return "ports" if file.startswith(_STARTS_PROCESSES) and not file.startswith(_IN_PROCESS) else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> LoadScopeScheduling:
+    return ByFileAndPorts(config, log)
