@@ -122,7 +122,7 @@ class Client:
             seq = answers[-1].seq
             since = len(self.heard)
             self.item(seq, items[seq])
-            for _ in range(100):  # a long mission is checked and named in pieces, a millisecond each
+            for _ in range(1000):  # a long mission is checked and named in pieces, a millisecond each
                 heard = [m for _, m in self.heard[since:]]
                 answers = [m for m in heard if m.get_type() in ("MISSION_REQUEST_INT", "MISSION_ACK")]
                 if answers:
