@@ -18,7 +18,8 @@ class LandedDetector {
       on_ground_ = estimate.p_WB.z() - ground_z_ < kLiftOff;
       resting_s_ = 0.F;
     } else {
-      // In the air, so little lift would have gathered 2 m/s in half a second.
+      // In the air, so little lift would have gathered 1 m/s meanwhile. Longer on the ground, attitude control tips it
+      // over.
       const bool resting = lift < kLowLift * weight && estimate.v_WB.norm() < kStill;
       resting_s_ = resting ? resting_s_ + kReferenceDt : 0.F;
       if (resting_s_ > kRestingTime) {
@@ -32,10 +33,10 @@ class LandedDetector {
   auto state() const { return std::tie(on_ground_, ground_z_, resting_s_); }
 
  private:
-  static constexpr float kLiftOff = 0.1F;      // [m]
-  static constexpr float kLowLift = 0.6F;      // of the weight
-  static constexpr float kStill = 0.25F;       // [m/s]
-  static constexpr float kRestingTime = 0.5F;  // [s]
+  static constexpr float kLiftOff = 0.1F;       // [m]
+  static constexpr float kLowLift = 0.6F;       // of the weight
+  static constexpr float kStill = 0.25F;        // [m/s]
+  static constexpr float kRestingTime = 0.25F;  // [s]
 
   bool on_ground_ = true;
   float ground_z_ = 0.F;
