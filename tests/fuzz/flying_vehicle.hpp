@@ -1,8 +1,8 @@
 // A closed loop in which anybody may say anything. Copied for each input, so that all begin alike.
 #pragma once
 #include <memory>
-#include <vector>
 
+#include "frames.hpp"
 #include "invariants.hpp"
 #include "sim/sitl/scenario_file.hpp"
 #include "sim/sitl/sensed.hpp"
@@ -10,8 +10,6 @@
 #include "sim/world.hpp"
 
 namespace halfroll::fuzz {
-
-using Bytes = std::vector<std::uint8_t>;
 
 class FlyingVehicle {
  public:
@@ -35,6 +33,14 @@ class FlyingVehicle {
   }
   void fly(int steps) {
     for (int n = 0; n < steps; ++n) step();
+  }
+
+  /// From the ground to hover at 10 m.
+  void take_off() {
+    step(command(MAV_CMD_NAV_TAKEOFF, 0.F, 0.F, 10.F));
+    step(command(MAV_CMD_COMPONENT_ARM_DISARM, 1.F));
+    fly(12000);
+    if (autopilot_.mode() != Mode::kHold) fail("the hovering vehicle does not hover", 0);
   }
 
   const Autopilot& autopilot() const { return autopilot_; }

@@ -43,6 +43,36 @@ inline Bytes frame_of(std::uint32_t id, const Bytes& payload) {
   return frame;
 }
 
+/// A message as a client of this system number says it.
+template <class Packed>
+Bytes frame(const Packed& packed,
+            std::uint16_t (*encode)(std::uint8_t, std::uint8_t, mavlink_status_t*, mavlink_message_t*, const Packed*),
+            std::uint8_t system = 255) {
+  mavlink_status_t status = {};
+  mavlink_message_t message = {};
+  encode(system, 190, &status, &message, &packed);
+  Bytes bytes(MAVLINK_MAX_PACKET_LEN);
+  bytes.resize(mavlink_msg_to_send_buffer(bytes.data(), &message));
+  return bytes;
+}
+
+/// A message's fields, all zero but for its target.
+template <class Packed>
+Packed to_autopilot() {
+  Packed m = {};
+  m.target_system = m.target_component = 1;
+  return m;
+}
+
+inline Bytes command(std::uint16_t number, float p1, float p2 = 0.F, float p7 = 0.F) {
+  auto m = to_autopilot<mavlink_command_long_t>();
+  m.command = number;
+  m.param1 = p1;
+  m.param2 = p2;
+  m.param7 = p7;
+  return frame(m, mavlink_msg_command_long_encode_status);
+}
+
 /// A stream cut where MAVLink 2 frames seem to begin; what is between them makes pieces too.
 inline std::vector<Bytes> pieces(const std::uint8_t* bytes, std::size_t size) {
   std::vector<Bytes> out;

@@ -25,16 +25,7 @@ class Reader {
   const std::uint8_t *at_, *end_;
 };
 
-template <class Packed>
-Bytes frame(std::uint8_t client, const Packed& packed,
-            std::uint16_t (*encode)(std::uint8_t, std::uint8_t, mavlink_status_t*, mavlink_message_t*, const Packed*)) {
-  mavlink_status_t status = {};
-  mavlink_message_t message = {};
-  encode(static_cast<std::uint8_t>(250 + client), 190, &status, &message, &packed);
-  Bytes bytes(MAVLINK_MAX_PACKET_LEN);
-  bytes.resize(mavlink_msg_to_send_buffer(bytes.data(), &message));
-  return bytes;
-}
+std::uint8_t system_of(std::uint8_t client) { return static_cast<std::uint8_t>(250 + client); }
 
 /// The autopilot on a table, and its disk.
 class Table {
@@ -100,8 +91,7 @@ class Table {
 
 Bytes item(std::uint8_t client, std::uint16_t seq, Reader& more) {
   constexpr std::uint16_t kCommands[] = {16, 16, 16, 19, 20, 21, 22, 93, 112, 177, 178, 206, 31000, 31010, 9999};
-  mavlink_mission_item_int_t m = {};
-  m.target_system = m.target_component = 1;
+  auto m = to_autopilot<mavlink_mission_item_int_t>();
   m.seq = seq;
   const std::uint8_t how = more.byte();
   m.command = kCommands[how < 200 ? 0 : how % std::size(kCommands)];
@@ -111,14 +101,13 @@ Bytes item(std::uint8_t client, std::uint16_t seq, Reader& more) {
   m.x = 473977420 + 100 * more.byte();
   m.y = 85455940;
   m.z = how % 32 == 30 ? 1e9F : 10.F;
-  return frame(client, m, mavlink_msg_mission_item_int_encode_status);
+  return frame(m, mavlink_msg_mission_item_int_encode_status, system_of(client));
 }
 
 Bytes count(std::uint8_t client, std::uint16_t number) {
-  mavlink_mission_count_t m = {};
-  m.target_system = m.target_component = 1;
+  auto m = to_autopilot<mavlink_mission_count_t>();
   m.count = number;
-  return frame(client, m, mavlink_msg_mission_count_encode_status);
+  return frame(m, mavlink_msg_mission_count_encode_status, system_of(client));
 }
 
 }  // namespace
@@ -146,49 +135,43 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         table.hear(client, count(client, static_cast<std::uint16_t>(input.byte() * 16)));
         break;
       case 7: {
-        mavlink_mission_clear_all_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_clear_all_t>();
         m.mission_type = input.byte();
-        table.hear(client, frame(client, m, mavlink_msg_mission_clear_all_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_clear_all_encode_status, system_of(client)));
         break;
       }
       case 8: {
-        mavlink_mission_request_list_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_request_list_t>();
         m.mission_type = input.byte() % 4;
-        table.hear(client, frame(client, m, mavlink_msg_mission_request_list_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_request_list_encode_status, system_of(client)));
         break;
       }
       case 9: {
-        mavlink_mission_request_int_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_request_int_t>();
         m.seq = input.byte();
-        table.hear(client, frame(client, m, mavlink_msg_mission_request_int_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_request_int_encode_status, system_of(client)));
         break;
       }
       case 10: {
-        mavlink_mission_write_partial_list_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_write_partial_list_t>();
         m.start_index = static_cast<std::int16_t>(input.byte() - 8);
         m.end_index = static_cast<std::int16_t>(input.byte() - 8);
         next[client] = static_cast<std::uint16_t>(std::max<int>(m.start_index, 0));
         table.somebody_overwrites_parts();
-        table.hear(client, frame(client, m, mavlink_msg_mission_write_partial_list_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_write_partial_list_encode_status, system_of(client)));
         break;
       }
       case 11: {
-        mavlink_mission_ack_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_ack_t>();
         m.type = input.byte();
-        table.hear(client, frame(client, m, mavlink_msg_mission_ack_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_ack_encode_status, system_of(client)));
         break;
       }
       case 12: table.disk_works(op < 64); break;
       case 13: {
-        mavlink_mission_set_current_t m = {};
-        m.target_system = m.target_component = 1;
+        auto m = to_autopilot<mavlink_mission_set_current_t>();
         m.seq = input.byte();
-        table.hear(client, frame(client, m, mavlink_msg_mission_set_current_encode_status));
+        table.hear(client, frame(m, mavlink_msg_mission_set_current_encode_status, system_of(client)));
         break;
       }
       default: {

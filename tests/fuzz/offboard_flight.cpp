@@ -1,7 +1,6 @@
 // Any setpoints into a flying closed loop: attitude, rates, thrust; position, velocity, acceleration; poses from
 // outside. A record is: what, how long until it comes [ms], a time stamp's offset, and the message's payload as it is.
 #include "flying_vehicle.hpp"
-#include "frames.hpp"
 
 namespace {
 
@@ -14,19 +13,8 @@ constexpr int kLongestMs = 600;
 FlyingVehicle in_the_air() {
   FlyingVehicle vehicle;
   vehicle.fly(1500);
-  const auto command = [&](std::uint16_t number, float p1, float p2 = 0.F, float p7 = 0.F) {
-    Bytes payload(33);
-    const float p[7] = {p1, p2, 0.F, 0.F, 0.F, 0.F, p7};
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(p), sizeof p, payload.begin());
-    payload[28] = static_cast<std::uint8_t>(number & 0xFFU);
-    payload[29] = static_cast<std::uint8_t>(number >> 8U);
-    payload[30] = payload[31] = 1;
-    vehicle.step(frame_of(76, payload));
-  };
-  command(MAV_CMD_NAV_TAKEOFF, 0.F, 0.F, 10.F);
-  command(MAV_CMD_COMPONENT_ARM_DISARM, 1.F);
-  vehicle.fly(12000);
-  command(MAV_CMD_DO_SET_MODE, 1.F, 6.F);
+  vehicle.take_off();
+  vehicle.step(command(MAV_CMD_DO_SET_MODE, 1.F, 6.F));
   vehicle.fly(5);
   if (vehicle.autopilot().mode() != Mode::kOffboard) fail("the vehicle does not take setpoints", 0);
   return vehicle;
