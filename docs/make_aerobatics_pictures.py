@@ -22,9 +22,9 @@ from halfroll.manoeuvres.library import (
     SplitS,
     Window,
 )
-from halfroll.mission import PlanOptions, Waypoint
-from halfroll.near_optimal import plan_in_mode
-from halfroll.plan import Plan
+from halfroll.missions.mission import PlanOptions, Waypoint
+from halfroll.planner.near_optimal import plan_in_mode
+from halfroll.planner.plan import Plan
 from halfroll.vehicle import load_vehicle
 
 VP = load_vehicle("mit-vp")

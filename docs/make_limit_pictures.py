@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from halfroll.corridor import walls
-from halfroll.limits import Limits
-from halfroll.mission import Fence, PlanOptions, Rules, Waypoint, Yaw
-from halfroll.near_optimal import plan_in_mode, plan_near_optimal
-from halfroll.plan import Plan
+from halfroll.missions.mission import Fence, PlanOptions, Rules, Waypoint, Yaw
+from halfroll.planner.corridor import walls
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import plan_in_mode, plan_near_optimal
+from halfroll.planner.plan import Plan
 from halfroll.vehicle import load_vehicle
 
 FP, VP = load_vehicle("mit-fp"), load_vehicle("mit-vp")

@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from halfroll.limits import Limits
-from halfroll.mission import Waypoint
-from halfroll.near_optimal import limits_of, plan_near_optimal
-from halfroll.plan import Plan, plan_course
-from halfroll.segments import node, rest, solve
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import limits_of, plan_near_optimal
+from halfroll.planner.plan import Plan, plan_course
+from halfroll.planner.segments import node, rest, solve
 from halfroll.vehicle import load_vehicle
 
 PICTURES = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).with_name("pictures")

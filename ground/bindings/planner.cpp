@@ -85,7 +85,7 @@ void bind_values(py::module_& m) {
                        double gravity) { return Vehicle{mass, inertia, arm, yaw_coefficient, gravity}; }),
            py::kw_only(), "mass"_a, "inertia"_a, "arm"_a, "yaw_coefficient"_a, "gravity"_a);
 
-  py::class_<Drive>(m, "Drive", "How rotors follow their commands [N]; see halfroll.limits.Drive.")
+  py::class_<Drive>(m, "Drive", "How rotors follow their commands [N]; see halfroll.planner.limits.Drive.")
       .def(py::init([](double lag_up, double lag_down, bool of_speed, double command_min, double command_max) {
              return Drive{lag_up, lag_down, of_speed, command_min, command_max};
            }),
@@ -104,7 +104,7 @@ void bind_values(py::module_& m) {
           },
           "x"_a, "y"_a, "cosine"_a, "slack"_a);
 
-  py::class_<Limits>(m, "Limits", "Infinite: switched off. SI; see halfroll.limits.Limits.")
+  py::class_<Limits>(m, "Limits", "Infinite: switched off. SI; see halfroll.planner.limits.Limits.")
       .def(py::init([](double rotor_min, double rotor_max, double force_min, double force_z_min, double body_rate_max,
                        double floor, bool vertical, double rotor_rate_max, const Drive& drive, double tilt_cos_min,
                        double ceiling, const Heading& heading) {

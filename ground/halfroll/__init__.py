@@ -5,9 +5,7 @@ Why: the public names, each imported only when it is used, so that `halfroll --h
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,9 +13,9 @@ if TYPE_CHECKING:
     from halfroll._firmware import Autopilot, OuterLoop, World
     from halfroll.errors import HalfrollError
     from halfroll.flight import fly
-    from halfroll.log import read_log
-    from halfroll.mission_files import load_mission
-    from halfroll.preflight import check
+    from halfroll.missions.mission_files import load_mission
+    from halfroll.preflight import check, plan
+    from halfroll.results.log import read_log
     from halfroll.vehicle import load_vehicle
 
     __version__: str
@@ -44,9 +42,10 @@ _HOME = {  # public name -> module that defines it
     "World": "_firmware",
     "check": "preflight",
     "fly": "flight",
-    "load_mission": "mission_files",
+    "load_mission": "missions.mission_files",
     "load_vehicle": "vehicle",
-    "read_log": "log",
+    "plan": "preflight",
+    "read_log": "results.log",
 }
 
 
@@ -60,27 +59,10 @@ def __getattr__(name: str) -> Any:
             return "0+unknown"
     if name in _HOME:
         return getattr(import_module(f"halfroll.{_HOME[name]}"), name)
-    if name in ("errors", "plan"):
-        return import_module(f"halfroll.{name}")
+    if name == "errors":
+        return import_module("halfroll.errors")
     raise AttributeError(f"module 'halfroll' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-class _PlanModule(ModuleType):
-    """`halfroll.plan` is the module of plans, and halfroll.plan(mission) makes one."""
-
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        return import_module("halfroll.preflight").plan(*args, **kwargs)
-
-
-class _Package(ModuleType):
-    def __setattr__(self, name: str, attribute: Any) -> None:
-        if name == "plan" and isinstance(attribute, ModuleType):
-            attribute.__class__ = _PlanModule
-        super().__setattr__(name, attribute)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -15,7 +15,7 @@ class Vehicle:
         ...
 class Drive:
     """
-    How rotors follow their commands [N]; see halfroll.limits.Drive.
+    How rotors follow their commands [N]; see halfroll.planner.limits.Drive.
     """
     def __init__(self, lag_up: typing.SupportsFloat | typing.SupportsIndex = 0.0, lag_down: typing.SupportsFloat | typing.SupportsIndex = 0.0, of_speed: bool = False, command_min: typing.SupportsFloat | typing.SupportsIndex = ..., command_max: typing.SupportsFloat | typing.SupportsIndex = ...) -> None:
         ...
@@ -33,7 +33,7 @@ class Heading:
         ...
 class Limits:
     """
-    Infinite: switched off. SI; see halfroll.limits.Limits.
+    Infinite: switched off. SI; see halfroll.planner.limits.Limits.
     """
     def __init__(self, *, rotor_min: typing.SupportsFloat | typing.SupportsIndex, rotor_max: typing.SupportsFloat | typing.SupportsIndex, force_min: typing.SupportsFloat | typing.SupportsIndex = ..., force_z_min: typing.SupportsFloat | typing.SupportsIndex = ..., body_rate_max: typing.SupportsFloat | typing.SupportsIndex = ..., floor: typing.SupportsFloat | typing.SupportsIndex = ..., vertical: bool = False, rotor_rate_max: typing.SupportsFloat | typing.SupportsIndex = ..., drive: Drive = ..., tilt_cos_min: typing.SupportsFloat | typing.SupportsIndex = ..., ceiling: typing.SupportsFloat | typing.SupportsIndex = ..., heading: Heading = ...) -> None:
         ...

@@ -18,16 +18,16 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from rich.table import Table
 from rich.text import Text
 
-from halfroll.mission_items import command_name
+from halfroll.missions.mission_items import command_name
 from halfroll.paper.claims import shown
 
 if TYPE_CHECKING:
-    from halfroll.evaluation import FlightFigures
     from halfroll.flight import FlightResult
-    from halfroll.flight_files import FlightFiles
     from halfroll.paper.claims import Claim
-    from halfroll.plan import Plan
+    from halfroll.planner.plan import Plan
     from halfroll.preflight import Preflight
+    from halfroll.results.evaluation import FlightFigures
+    from halfroll.results.flight_files import FlightFiles
     from halfroll.vehicle import Vehicle
 
 

@@ -23,22 +23,22 @@ from socket import socket
 from typing import IO, TYPE_CHECKING, Any
 
 from halfroll import boards, simulator
-from halfroll.course import endless, home_of, with_takeoff_and_landing
-from halfroll.crew import Debriefing, Orders, hear_all
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
-from halfroll.geodesy import GeoPoint
-from halfroll.link import GROUND, Link
-from halfroll.mission import DEFAULT_OPTIONS, LimitsKind, Mission, PlanMode, PlanOptions
-from halfroll.mission_files import load_mission
-from halfroll.planning import PlanningProcess
-from halfroll.record import Event
+from halfroll.missions.geodesy import GeoPoint
+from halfroll.missions.mission import DEFAULT_OPTIONS, LimitsKind, Mission, PlanMode, PlanOptions
+from halfroll.missions.mission_files import load_mission
+from halfroll.planner.course import endless, home_of, with_takeoff_and_landing
 from halfroll.scenario import Scenario, load_scenario, shipped_scenarios
-from halfroll.station import Station
-from halfroll.transport import SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
+from halfroll.station.crew import Debriefing, Orders, hear_all
+from halfroll.station.planning import PlanningProcess
+from halfroll.station.record import Event
+from halfroll.station.station import Station
 from halfroll.vehicle import Vehicle, built_vehicle
+from halfroll.wire.link import GROUND, Link
+from halfroll.wire.transport import SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
 
 if TYPE_CHECKING:
-    from halfroll.plan import Plan
+    from halfroll.planner.plan import Plan
 
 OFFBOARD_PORT, GCS_PORT = 14540, 14550  # ours; the simulator's own are
 SITL_OFFBOARD_PORT, SITL_GCS_PORT, SITL_COMPANION_PORT = 14580, 18570, 14280
@@ -59,7 +59,7 @@ _PHASES = {
     "handed-back": "end the mission",
 }
 # A process of ours never imports from the folder that it happens to be started in.
-_CREW = "import sys; sys.path = [path for path in sys.path if path]; from halfroll.crew import main; main()"
+_CREW = "import sys; sys.path = [path for path in sys.path if path]; from halfroll.station.crew import main; main()"
 _QUIET = ("-W", "ignore::UserWarning:multiprocessing.resource_tracker")  # it complains of a crew that was killed
 _HASH = re.compile(r"commands_sha256 ([0-9a-f]{64})")
 _BOARD = re.compile(r"^halfroll-sitl: board (\{.*\})$", re.MULTILINE)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from halfroll.course import Course, course, endless, home_of, require_an_end, with_takeoff_and_landing
 from halfroll.errors import HalfrollError, InputError, MissionError
-from halfroll.geodesy import DEFAULT_ORIGIN
-from halfroll.mission import LimitsKind, Mission, PlanMode, PlanOptions
-from halfroll.mission_check import Finding, check_items
-from halfroll.mission_files import load_mission
+from halfroll.missions.geodesy import DEFAULT_ORIGIN
+from halfroll.missions.mission import LimitsKind, Mission, PlanMode, PlanOptions
+from halfroll.missions.mission_check import Finding, check_items
+from halfroll.missions.mission_files import load_mission
+from halfroll.planner.course import Course, course, endless, home_of, require_an_end, with_takeoff_and_landing
 from halfroll.vehicle import Vehicle, built_vehicle
 
 if TYPE_CHECKING:
-    from halfroll.plan import Plan
+    from halfroll.planner.plan import Plan
 
 Overrides = Mapping[str, str | float]
 Progress = Callable[[str], None]
@@ -137,6 +137,6 @@ def _mission(mission: Mission | str | Path) -> Mission:
 
 def _plan(flown: Course, vehicle: Vehicle, options: PlanOptions, progress: Progress) -> Plan:
     require_an_end(flown.waypoints, vehicle.speed_max_m_s if options.limits == "mission" else None)
-    from halfroll.near_optimal import plan_in_mode
+    from halfroll.planner.near_optimal import plan_in_mode
 
     return plan_in_mode(flown.waypoints, vehicle, options, flown.rules, progress, flown.demands)

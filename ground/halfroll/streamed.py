@@ -14,13 +14,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll import _firmware, references
+from halfroll import _firmware
 from halfroll.body_axes import body_up
 from halfroll.errors import FlightError
-from halfroll.link import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Link, Telemetry
-from halfroll.references import PARAMETERS, Path, References
 from halfroll.scenario import Scenario
+from halfroll.station import references
+from halfroll.station.references import PARAMETERS, Path, References
 from halfroll.vehicle import Vehicle
+from halfroll.wire.link import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Link, Telemetry
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from typing import TypeVar
 import numpy as np
 
 from halfroll import _firmware
-from halfroll.conversations import Conversation, Talk, read_param, write_param
 from halfroll.errors import LinkError
-from halfroll.link import GCS, GCS_SYSTEM, Link
-from halfroll.transport import LOOPBACK, UdpTransport
+from halfroll.wire.conversations import Conversation, Talk, read_param, write_param
+from halfroll.wire.link import GCS, GCS_SYSTEM, Link
+from halfroll.wire.transport import LOOPBACK, UdpTransport
 
 GCS_PORT = 18570  # where halfroll-sitl listens for ground control stations
 _LISTEN_S = 0.05

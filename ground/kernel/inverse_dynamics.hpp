@@ -1,5 +1,5 @@
 // Derivatives of position and yaw to rotor thrusts and body rate, and their exact gradients (docs/planner.md, section
-// 3; cross-checked against halfroll.flatness).
+// 3; cross-checked against halfroll.planner.flatness).
 //
 // Why a template: the same lines run on samples (Pack), on single points (double) and on Taylor models (the proof).
 // Chart A throughout: yaw is measured from the least rotation e3 -> n, so only n = -e3 is excluded.

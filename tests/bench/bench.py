@@ -20,12 +20,12 @@ from link_figures import instruction_figures, upload_figures
 
 from halfroll import _dialect, _firmware, _planner, preflight
 from halfroll.errors import PlanError
-from halfroll.limits import Limits
 from halfroll.manoeuvres.library import Backflip, Flip, HalfRoll, InvertedLeg, PowerLoop, SplitS
-from halfroll.mission import PlanOptions, Waypoint
-from halfroll.near_optimal import limits_of, plan_in_mode, plan_near_optimal
-from halfroll.plan import Plan, plan_course
-from halfroll.segments import node, rest, solve, solve_with_slopes
+from halfroll.missions.mission import PlanOptions, Waypoint
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import limits_of, plan_in_mode, plan_near_optimal
+from halfroll.planner.plan import Plan, plan_course
+from halfroll.planner.segments import node, rest, solve, solve_with_slopes
 from halfroll.vehicle import GRAVITY, Vehicle, load_vehicle
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from flying import airborne, command, new
 
-from halfroll import _dialect, _firmware, frames
+from halfroll import _dialect, _firmware
+from halfroll.wire import frames
 
 Pose = tuple[int, np.ndarray, np.ndarray]  # stamp [us], position and quaternion on the wire
 SENDER = _dialect.MAVLink(None, srcSystem=1, srcComponent=197)

@@ -8,20 +8,20 @@ from types import SimpleNamespace
 import numpy as np
 from fake_autopilot import HOLD, MISSION, FakeAutopilot
 
-from halfroll import link as wire
-from halfroll import segments
-from halfroll.course import Course
-from halfroll.crew import hear_all
-from halfroll.following import Stage
-from halfroll.link import Link
-from halfroll.mission import Mission, MissionItem, Waypoint
-from halfroll.pilot import Pilot
-from halfroll.planning import Planned
-from halfroll.record import Event
-from halfroll.references import Path
-from halfroll.station import State, Station
-from halfroll.transport import MemoryTransport
+from halfroll.missions.mission import Mission, MissionItem, Waypoint
+from halfroll.planner import segments
+from halfroll.planner.course import Course
+from halfroll.station.crew import hear_all
+from halfroll.station.following import Stage
+from halfroll.station.pilot import Pilot
+from halfroll.station.planning import Planned
+from halfroll.station.record import Event
+from halfroll.station.references import Path
+from halfroll.station.station import State, Station
 from halfroll.vehicle import load_vehicle
+from halfroll.wire import link as wire
+from halfroll.wire.link import Link
+from halfroll.wire.transport import MemoryTransport
 
 NAN = math.nan
 ITEMS = (

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from halfroll.central_path import Slopes, minimised
+from halfroll.planner.central_path import Slopes, minimised
 
 Array = NDArray[np.float64]
 BARRIERS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 
 import halfroll
 from halfroll import simulator
-from halfroll.cli import app
+from halfroll.cli.app import app
 from halfroll.errors import LinkError, MissionError, SimulatorDied
-from halfroll.plan import Plan
-from halfroll.segments import monomials
+from halfroll.planner.plan import Plan
+from halfroll.planner.segments import monomials
 from halfroll.vehicle import load_vehicle
 
 GROUND = Path(halfroll.__file__).parents[1]
@@ -69,7 +69,7 @@ def the_object(ended):
 @pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["--version"]])
 def test_help_and_version_load_nothing_heavy(words):
     code = (
-        "import sys\nfrom halfroll.cli import app\n"
+        "import sys\nfrom halfroll.cli.app import app\n"
         f"try:\n    app({words!r})\nexcept SystemExit as end:\n    assert not end.code\n"
         "print('loaded', *{'numpy', 'scipy', 'matplotlib', 'pymavlink', 'pyulog'} & set(sys.modules))"
     )
@@ -91,7 +91,7 @@ def test_version_is_one_line():
 def test_public_names_are_there_and_plan_is_both_module_and_function(mission):
     assert halfroll.load_vehicle("mit-vp").name == "mit-vp"
     assert halfroll.plan(halfroll.load_mission(mission)).T > 0
-    from halfroll.plan import Plan
+    from halfroll.planner.plan import Plan
 
     assert isinstance(halfroll.plan(mission), Plan)
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
@@ -230,7 +230,7 @@ def test_ground_has_no_tenth_instance():
 
 def test_a_package_that_was_not_built_says_so(mission, monkeypatch):
     error = ModuleNotFoundError("No module named 'halfroll._firmware'", name="halfroll._firmware")
-    monkeypatch.setattr("halfroll.mission_files.load_mission", lambda path: raise_(error))
+    monkeypatch.setattr("halfroll.missions.mission_files.load_mission", lambda path: raise_(error))
     ended = run("fly", mission)
     assert ended.exit_code == 3
     assert ended.stderr.splitlines()[-1].startswith("error: halfroll._firmware is missing")
@@ -393,7 +393,7 @@ def test_sitl_becomes_the_simulator_itself(tmp_path):
     program.parent.mkdir()
     program.write_text('#!/bin/sh\necho "$@"\nexit 7\n')
     program.chmod(0o755)
-    code = f"import sys; sys.executable = {str(program.with_name('python'))!r}; from halfroll.cli import app; app()"
+    code = f"import sys; sys.executable = {str(program.with_name('python'))!r}; from halfroll.cli.app import app; app()"
     ended = subprocess.run(
         [sys.executable, "-c", code, "sitl", "--help", "--speed", "0"],
         env={**os.environ, "PYTHONPATH": str(GROUND)}, capture_output=True, text=True, check=False,

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from halfroll.corridor import inside, meets, outside_by, walls
-from halfroll.mission import Fence
+from halfroll.missions.mission import Fence
+from halfroll.planner.corridor import inside, meets, outside_by, walls
 
 corner = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 spoke = st.floats(1.0, 9.0)

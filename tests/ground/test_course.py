@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from halfroll.course import Course, course, endless, flown_waypoints, require_an_end, with_takeoff_and_landing
 from halfroll.errors import MissionError, PlanError
-from halfroll.frames import degrees_to_wire
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local
-from halfroll.mission import NOT_GIVEN, Mission, MissionItem, Waypoint
-from halfroll.mission_check import check_items
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local
+from halfroll.missions.mission import NOT_GIVEN, Mission, MissionItem, Waypoint
+from halfroll.missions.mission_check import check_items
+from halfroll.planner.course import Course, course, endless, flown_waypoints, require_an_end, with_takeoff_and_landing
+from halfroll.wire.frames import degrees_to_wire
 
 NAN = math.nan
 

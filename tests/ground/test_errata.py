@@ -16,13 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from halfroll import _firmware
-from halfroll.flatness import inverse_dynamics
 from halfroll.paper import paths
 from halfroll.paper.flights import START_M
-from halfroll.references import _flat as flat_reference
-from halfroll.references import firmware_vehicle, path_of
+from halfroll.planner.flatness import inverse_dynamics
+from halfroll.planner.segments import node, rest, solve
 from halfroll.scenario import load_scenario
-from halfroll.segments import node, rest, solve
+from halfroll.station.references import _flat as flat_reference
+from halfroll.station.references import firmware_vehicle, path_of
 from halfroll.streamed import StreamedFlight
 from halfroll.vehicle import GRAVITY, load_vehicle
 

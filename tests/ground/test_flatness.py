@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from halfroll import _firmware
-from halfroll.flatness import inverse_dynamics, rotor_slopes, rotor_thrusts, upright_outputs
-from halfroll.segments import FREE, node, rest, solve
+from halfroll.planner.flatness import inverse_dynamics, rotor_slopes, rotor_thrusts, upright_outputs
+from halfroll.planner.segments import FREE, node, rest, solve
 from halfroll.vehicle import GRAVITY, load_vehicle
 from oracle import rigid_body
 

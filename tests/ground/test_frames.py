@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from halfroll.frames import (
+from halfroll.wire.frames import (
     degrees_from_wire,
     degrees_to_wire,
     from_wire,

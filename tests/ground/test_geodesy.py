@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local, local_from_global
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local, local_from_global
 
 ORIGINS = [DEFAULT_ORIGIN, GeoPoint(-35.363262, 149.165237, 584.0), GeoPoint(0.0, -179.9999, 0.0)]
 

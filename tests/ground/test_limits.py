@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from halfroll.limits import Limits, margins
-from halfroll.segments import node, rest, solve
+from halfroll.planner.limits import Limits, margins
+from halfroll.planner.segments import node, rest, solve
 from halfroll.vehicle import GRAVITY, load_vehicle
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")

@@ -11,8 +11,10 @@ from fake_autopilot import FakeAutopilot
 from hypothesis import given
 from hypothesis import strategies as st
 
-from halfroll import link as wire
-from halfroll.conversations import (
+from halfroll.errors import LinkError, MissionError
+from halfroll.missions.mission import MissionItem
+from halfroll.wire import link as wire
+from halfroll.wire.conversations import (
     SET_MISSION_CURRENT,
     NoAnswer,
     Talk,
@@ -25,10 +27,8 @@ from halfroll.conversations import (
     upload,
     write_param,
 )
-from halfroll.errors import LinkError, MissionError
-from halfroll.link import Link
-from halfroll.mission import MissionItem
-from halfroll.transport import MemoryTransport
+from halfroll.wire.link import Link
+from halfroll.wire.transport import MemoryTransport
 
 ITEMS = (
     MissionItem(22, 3, (15.0, 0.0, 0.0, math.nan), 473977394, 85455904, 5.0),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from halfroll.errors import InputError
-from halfroll.log import read_log
+from halfroll.results.log import read_log
 
 
 def test_a_topic_is_arrays_in_vehicle_seconds_with_array_fields_as_columns(tmp_path, fly_circle):

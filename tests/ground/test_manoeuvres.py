@@ -12,10 +12,7 @@ import numpy as np
 import pytest
 
 from halfroll import preflight
-from halfroll.course import flown_waypoints
 from halfroll.errors import MissionError
-from halfroll.frames import degrees_to_wire
-from halfroll.geodesy import DEFAULT_ORIGIN, global_from_local
 from halfroll.manoeuvres.library import (
     Backflip,
     FigureEight,
@@ -29,10 +26,13 @@ from halfroll.manoeuvres.library import (
     rolled_over,
     turned,
 )
-from halfroll.mission import MissionItem, PlanOptions, Waypoint
-from halfroll.near_optimal import plan_in_mode
-from halfroll.plan import Plan
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, global_from_local
+from halfroll.missions.mission import MissionItem, PlanOptions, Waypoint
+from halfroll.planner.course import flown_waypoints
+from halfroll.planner.near_optimal import plan_in_mode
+from halfroll.planner.plan import Plan
 from halfroll.vehicle import load_vehicle
+from halfroll.wire.frames import degrees_to_wire
 from oracle import rigid_body
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")

@@ -8,7 +8,7 @@ import pickle
 import pytest
 
 from halfroll.errors import MissionError
-from halfroll.mission import CAPACITY, Mission, MissionItem, Waypoint
+from halfroll.missions.mission import CAPACITY, Mission, MissionItem, Waypoint
 
 ITEM = MissionItem(16, 3, (0.0, 0.0, 0.0, math.nan), 473977420, 85455940, 10.1)
 

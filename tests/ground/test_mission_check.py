@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
-from halfroll.mission import NOT_GIVEN, MissionItem
-from halfroll.mission_check import Finding, Result, Severity, check_items
-from halfroll.mission_items import TABLE, first_flown
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.missions.mission import NOT_GIVEN, MissionItem
+from halfroll.missions.mission_check import Finding, Result, Severity, check_items
+from halfroll.missions.mission_items import TABLE, first_flown
 
 NAN, INF = math.nan, math.inf
 LAT, LON = 473977420, 85455940

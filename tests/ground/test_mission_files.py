@@ -16,12 +16,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from halfroll.course import course, with_takeoff_and_landing
 from halfroll.errors import InputError, MissionError
-from halfroll.geodesy import DEFAULT_ORIGIN, GeoPoint
-from halfroll.mission import NOT_GIVEN, Fence, Mission, MissionItem, Rules, Yaw
-from halfroll.mission_check import check_items
-from halfroll.mission_files import load_mission, save_plan, save_waypoints
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint
+from halfroll.missions.mission import NOT_GIVEN, Fence, Mission, MissionItem, Rules, Yaw
+from halfroll.missions.mission_check import check_items
+from halfroll.missions.mission_files import load_mission, save_plan, save_waypoints
+from halfroll.planner.course import course, with_takeoff_and_landing
 
 HERE = Path(__file__).parent
 MISSIONS = HERE / "missions"

@@ -9,18 +9,18 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from halfroll import _planner as kernel
-from halfroll.course_nodes import checked_nodes
 from halfroll.errors import InfeasibleSegment
-from halfroll.flatness import UPRIGHT, inverse_dynamics
-from halfroll.kernel_problem import Setup
-from halfroll.ladder import Search, recipe_for
-from halfroll.limits import Limits
-from halfroll.mission import Waypoint, Yaw
-from halfroll.near_optimal import limits_of, plan_near_optimal
-from halfroll.plan import Plan, plan_course
-from halfroll.segments import solve_many
+from halfroll.missions.mission import Waypoint, Yaw
+from halfroll.planner.course_nodes import checked_nodes
+from halfroll.planner.flatness import UPRIGHT, inverse_dynamics
+from halfroll.planner.kernel_problem import Setup
+from halfroll.planner.ladder import Search, recipe_for
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import limits_of, plan_near_optimal
+from halfroll.planner.plan import Plan, plan_course
+from halfroll.planner.segments import solve_many
+from halfroll.planner.warm_start import warm_start
 from halfroll.vehicle import GRAVITY, load_vehicle
-from halfroll.warm_start import warm_start
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")
 CLIMB = [(0, 0, 1), (0, 0, 2)]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from halfroll.cli import app
+from halfroll.cli.app import app
 from halfroll.paper import claims, paths, reproduction
 from halfroll.paper.claims import Claim
 from halfroll.vehicle import load_vehicle

@@ -7,9 +7,9 @@ import pytest
 from fake_autopilot import HOLD
 from station_scene import Scene
 
-from halfroll import link as wire
 from halfroll.errors import FlightError, MissionError
-from halfroll.station import State
+from halfroll.station.station import State
+from halfroll.wire import link as wire
 
 
 def test_the_pilot_flies_a_mission_through_the_door_of_any_ground_control_station():
@@ -81,7 +81,7 @@ def test_a_landing_before_the_mission_is_complete_is_a_failed_flight():
 
 
 def test_a_vehicle_that_never_takes_off_ends_the_flight(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("halfroll.pilot.TAKEOFF_PATIENCE_S", 0.05)
+    monkeypatch.setattr("halfroll.station.pilot.TAKEOFF_PATIENCE_S", 0.05)
     scene = Scene(pilot=True)
     with pytest.raises(FlightError, match="did not take off within"):
         scene.fly(30.0)

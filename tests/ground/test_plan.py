@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from halfroll.errors import InfeasibleSegment, InputError, MissionError
-from halfroll.limits import Limits, margins
-from halfroll.mission import Waypoint
-from halfroll.plan import COLUMNS, Plan, plan_course
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.limits import Limits, margins
+from halfroll.planner.plan import COLUMNS, Plan, plan_course
 from halfroll.vehicle import load_vehicle
 from oracle import rigid_body
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from halfroll import preflight
 from halfroll.errors import HalfrollError, InfeasibleSegment, InputError, MissionError
-from halfroll.flatness import UPRIGHT, inverse_dynamics
-from halfroll.limits import RATE_ROOM, SETTABLE, Drive, Limits, changed
-from halfroll.mission import Fence, PlanOptions, Rules, Waypoint, Yaw
-from halfroll.near_optimal import limits_of, plan_in_mode, plan_near_optimal
+from halfroll.missions.mission import Fence, PlanOptions, Rules, Waypoint, Yaw
+from halfroll.planner.flatness import UPRIGHT, inverse_dynamics
+from halfroll.planner.limits import RATE_ROOM, SETTABLE, Drive, Limits, changed
+from halfroll.planner.near_optimal import limits_of, plan_in_mode, plan_near_optimal
 from halfroll.vehicle import load_vehicle
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")

@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import pytest
 
-from halfroll import planning
 from halfroll.errors import MissionError, PlanError
-from halfroll.geodesy import DEFAULT_ORIGIN
-from halfroll.mission import MissionItem
-from halfroll.planning import NothingToPlan, Planned, PlanningProcess, PlanRequest, outcome_of, plan_mission
-from halfroll.transport import MemoryTransport
+from halfroll.missions.geodesy import DEFAULT_ORIGIN
+from halfroll.missions.mission import MissionItem
+from halfroll.station import planning
+from halfroll.station.planning import NothingToPlan, Planned, PlanningProcess, PlanRequest, outcome_of, plan_mission
 from halfroll.vehicle import load_vehicle
+from halfroll.wire.transport import MemoryTransport
 
 NAN = math.nan
 TAKEOFF = MissionItem(22, 3, (0.0, 0.0, 0.0, NAN), 473977420, 85455940, 2.0)

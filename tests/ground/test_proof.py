@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from halfroll.limits import Limits
-from halfroll.mission import PlanOptions, Waypoint
-from halfroll.near_optimal import plan_in_mode
-from halfroll.plan import plan_course
-from halfroll.proof import proven
+from halfroll.missions.mission import PlanOptions, Waypoint
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import plan_in_mode
+from halfroll.planner.plan import plan_course
+from halfroll.planner.proof import proven
 from halfroll.vehicle import load_vehicle
 
 VP, FP = load_vehicle("mit-vp"), load_vehicle("mit-fp")

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from halfroll import _firmware, references
-from halfroll.mission import Waypoint
-from halfroll.plan import Limits, plan_course
-from halfroll.references import PARAMETERS, Leads, Path, References, approach, heading, other_vehicle
+from halfroll import _firmware
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.plan import Limits, plan_course
+from halfroll.station import references
+from halfroll.station.references import PARAMETERS, Leads, Path, References, approach, heading, other_vehicle
 from halfroll.vehicle import load_vehicle
 
 VP = {"ATT_WN": 16.0, "ATT_ZETA": 0.9, "ACT_LEAD": 0.021}

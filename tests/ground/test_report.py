@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from halfroll.errors import InputError
-from halfroll.log import read_log
-from halfroll.report import evaluate, save_picture, write_report
+from halfroll.results.log import read_log
+from halfroll.results.report import evaluate, save_picture, write_report
 from halfroll.vehicle import load_vehicle
 
 START_S = 3.0

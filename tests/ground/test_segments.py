@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from halfroll import _planner
 from halfroll.errors import InputError, PlanError
-from halfroll.segments import (
+from halfroll.planner.segments import (
     FREE,
     PiecewisePolynomial,
     monomials,

@@ -9,10 +9,10 @@ import pytest
 from fake_autopilot import HOLD, LAND, MISSION, OFFBOARD
 from station_scene import ITEMS, LEG, PerfectFlight, Scene, T, flying_scene, texts_of
 
-from halfroll import link as wire
 from halfroll.errors import PlanError
-from halfroll.following import Stage
-from halfroll.station import State
+from halfroll.station.following import Stage
+from halfroll.station.station import State
+from halfroll.wire import link as wire
 
 
 def test_a_stored_mission_is_downloaded_and_planned_and_everybody_is_told():

@@ -7,8 +7,8 @@ import pytest
 from fake_autopilot import HOLD, MISSION, OFFBOARD
 from station_scene import Scene, flying_scene, go_on, pause, texts_of
 
-from halfroll.following import Stage
-from halfroll.station import State
+from halfroll.station.following import Stage
+from halfroll.station.station import State
 
 
 def test_the_station_does_not_take_over_in_the_middle_of_a_mission():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from halfroll.errors import PortInUse
-from halfroll.transport import LOOPBACK, MemoryTransport, UdpTransport
+from halfroll.wire.transport import LOOPBACK, MemoryTransport, UdpTransport
 
 
 @pytest.fixture

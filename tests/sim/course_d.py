@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 from streamed import StreamedFlight
 
-from halfroll.limits import Limits
-from halfroll.mission import Waypoint
-from halfroll.near_optimal import plan_near_optimal
-from halfroll.plan import Plan, plan_course
-from halfroll.references import path_of
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.limits import Limits
+from halfroll.planner.near_optimal import plan_near_optimal
+from halfroll.planner.plan import Plan, plan_course
+from halfroll.station.references import path_of
 from halfroll.vehicle import load_vehicle
 
 POINTS = ((0.0, 0.0, 1.0), (2.0, 1.0, 2.0), (4.0, -1.0, 1.0), (6.0, 1.0, 2.5), (8.0, -1.0, 1.0), (10.0, 0.0, 1.5))

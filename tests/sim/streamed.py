@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfroll import streamed
-from halfroll.references import Path
 from halfroll.scenario import load_scenario
+from halfroll.station.references import Path
 from halfroll.vehicle import load_vehicle
 
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from halfroll.manoeuvres.library import Backflip, rolled_over, turned
-from halfroll.mission import PlanOptions, Waypoint
-from halfroll.near_optimal import plan_in_mode
-from halfroll.plan import Plan
-from halfroll.references import Path, path_of
+from halfroll.missions.mission import PlanOptions, Waypoint
+from halfroll.planner.near_optimal import plan_in_mode
+from halfroll.planner.plan import Plan
+from halfroll.planner.turning_room import BROKEN_OFF_M
 from halfroll.scenario import load_scenario
+from halfroll.station.references import Path, path_of
 from halfroll.streamed import Flown, StreamedFlight
-from halfroll.turning_room import BROKEN_OFF_M
 from halfroll.vehicle import load_vehicle
 
 VP = load_vehicle("mit-vp")

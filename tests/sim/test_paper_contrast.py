@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from streamed import StreamedFlight
 
-from halfroll import segments
-from halfroll.references import Path
+from halfroll.planner import segments
+from halfroll.station.references import Path
 
 DURATION_S = 0.7826
 NODE_TIMES_S = np.array([0.0, 0.2993, 0.5199, 0.6666]) * DURATION_S / 0.6666  # docs/paper.md, Fig 5's optimum stretched

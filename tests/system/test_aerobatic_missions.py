@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 import halfroll as hr
-from halfroll.course import flown_waypoints
-from halfroll.evaluation import FlightFigures, evaluate
 from halfroll.flight import FlightResult
-from halfroll.log import read_log
-from halfroll.mission_files import load_mission, save_waypoints
+from halfroll.missions.mission_files import load_mission, save_waypoints
+from halfroll.planner.course import flown_waypoints
+from halfroll.results.evaluation import FlightFigures, evaluate
+from halfroll.results.log import read_log
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "aerobatics.toml"
 FLIPS = """

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from halfroll.log import Log, read_log
+from halfroll.results.log import Log, read_log
 from system.processes import EXAMPLES, Ended, halfroll
 
 FIGURES = (

@@ -11,8 +11,8 @@ import pytest
 
 from halfroll.errors import MissionError, PortInUse, SimulatorDied
 from halfroll.flight import OFFBOARD_PORT, fly
-from halfroll.mission import Mission, MissionItem
-from halfroll.transport import UdpTransport
+from halfroll.missions.mission import Mission, MissionItem
+from halfroll.wire.transport import UdpTransport
 
 NAN = math.nan
 HERE, NORTH = (473977420, 85455940), (473977600, 85455940)

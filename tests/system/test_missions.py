@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from halfroll.log import read_log
+from halfroll.results.log import read_log
 from system.processes import MISSIONS, Ended, halfroll
 
 

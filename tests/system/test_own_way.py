@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from halfroll.log import Log, read_log
+from halfroll.results.log import Log, read_log
 from system.gcs import Gcs
 from system.processes import EXAMPLES, HALFROLL, Ended, Running, free_instance, simulator
 from system.wire import Wire

@@ -13,8 +13,8 @@ import pytest
 
 from halfroll.errors import LinkError
 from halfroll.flight import fly
-from halfroll.log import read_log
-from halfroll.record import Event
+from halfroll.results.log import read_log
+from halfroll.station.record import Event
 from system.gcs import Gcs
 from system.processes import (
     HALFROLL,
@@ -31,7 +31,7 @@ from system.processes import (
 
 STOPPED = 130
 PLANNING, FLYING = "plan\n", "fly the plan\n"
-SIMULATOR, CREW = "halfroll-sitl ", "halfroll.crew"
+SIMULATOR, CREW = "halfroll-sitl ", "halfroll.station.crew"
 
 
 class Flight(Running):

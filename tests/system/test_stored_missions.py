@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from halfroll.mission_files import load_mission
+from halfroll.missions.mission_files import load_mission
 from system.gcs import ACCEPTED, Gcs, Item, bits
 from system.processes import EXAMPLES, MISSIONS, simulator
 

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from halfroll.flatness import inverse_dynamics
-from halfroll.frames import to_wire
-from halfroll.mission import Waypoint
-from halfroll.near_optimal import limits_of, plan_near_optimal
-from halfroll.references import PARAMETERS, Path, References, path_of
-from halfroll.segments import node, rest, solve
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.flatness import inverse_dynamics
+from halfroll.planner.near_optimal import limits_of, plan_near_optimal
+from halfroll.planner.segments import node, rest, solve
+from halfroll.station.references import PARAMETERS, Path, References, path_of
 from halfroll.vehicle import GRAVITY, load_vehicle
+from halfroll.wire.frames import to_wire
 from system.contract.aircraft import ACCEPTED, HOLD, OFFBOARD, A, Aircraft, Client, dialect
 
 HEIGHT = 12.0  # [m], where both begin

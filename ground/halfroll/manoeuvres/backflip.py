@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 _BACK, _FORWARD, _RISE = 0.473, 0.570, 0.118  # of the travel: where the thrust axis is level, and how high
 

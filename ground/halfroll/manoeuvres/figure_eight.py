@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 
 def figure_eight(start: Place, size: float) -> list[Waypoint]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 _RISE = 0.3  # [m], a first guess
 

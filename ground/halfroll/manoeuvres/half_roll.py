@@ -4,7 +4,7 @@ upright vehicle becomes an inverted one; every inverted leg begins and ends with
 from __future__ import annotations
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 _RISE = 0.1  # [m], a first guess
 

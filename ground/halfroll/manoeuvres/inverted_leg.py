@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from halfroll.manoeuvres.half_roll import half_roll
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 
 def inverted_leg(start: Place, length: float, travel: float) -> list[Waypoint]:

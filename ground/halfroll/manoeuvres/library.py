@@ -12,12 +12,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from halfroll.frames import attitude_from_degrees, degrees_to_wire, heading_deg_to_yaw, yaw_to_heading_deg
-from halfroll.geodesy import DEFAULT_ORIGIN, global_from_local
 from halfroll.manoeuvres import backflip, figure_eight, flip, half_roll, inverted_leg, power_loop, split_s, window
 from halfroll.manoeuvres.place import Axis, after, heading_of
-from halfroll.mission import MissionItem, Waypoint
-from halfroll.mission_items import HOME_FRAMES, NO_POSITION_FRAME, Command
+from halfroll.missions.geodesy import DEFAULT_ORIGIN, global_from_local
+from halfroll.missions.mission import MissionItem, Waypoint
+from halfroll.missions.mission_items import HOME_FRAMES, NO_POSITION_FRAME, Command
+from halfroll.wire.frames import attitude_from_degrees, degrees_to_wire, heading_deg_to_yaw, yaw_to_heading_deg
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
 Degrees = Annotated[float, Field(allow_inf_nan=False)]

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from halfroll.geodesy import Vector
-from halfroll.mission import Quaternion, Waypoint
+from halfroll.missions.geodesy import Vector
+from halfroll.missions.mission import Quaternion, Waypoint
 from halfroll.vehicle import GRAVITY
 
 Axis = Literal["roll", "pitch"]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 _UP, _TOP, _DOWN = (1.5, 0.8), (1.2, 1.3), (0.9, 0.8)  # along and up, of the size; the top is a first guess
 _END = 2.4

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from halfroll.manoeuvres.half_roll import half_roll
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Waypoint
+from halfroll.missions.mission import Waypoint
 
 
 def split_s(start: Place, height: float, travel: float) -> list[Waypoint]:

@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 
 from halfroll.manoeuvres.place import Place
-from halfroll.mission import Quaternion, Waypoint
+from halfroll.missions.mission import Quaternion, Waypoint
 
 
 def window(start: Place, attitude: Quaternion, ahead: float, up: float) -> list[Waypoint]:

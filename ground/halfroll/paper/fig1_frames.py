@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from halfroll import _firmware
 from halfroll.drawing import Palette
-from halfroll.flatness import rotor_thrusts
 from halfroll.paper.claims import near
 from halfroll.paper.part import Part
-from halfroll.references import firmware_vehicle
+from halfroll.planner.flatness import rotor_thrusts
+from halfroll.station.references import firmware_vehicle
 from halfroll.vehicle import load_vehicle
 
 Array = NDArray[np.float64]

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from halfroll.limits import margins
 from halfroll.paper import paths
 from halfroll.paper.claims import Claim, above, below, between, near
 from halfroll.paper.flights import Flights, free_fall_flips
 from halfroll.paper.part import Part
 from halfroll.paper.time_lines import draw_flip, planned_turn_deg
+from halfroll.planner.limits import margins
 from halfroll.vehicle import Vehicle, load_vehicle
 
 _SAMPLES = 40001

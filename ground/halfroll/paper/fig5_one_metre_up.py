@@ -17,7 +17,7 @@ from halfroll.paper import paths
 from halfroll.paper.claims import below, near
 from halfroll.paper.flights import shortest_climb
 from halfroll.paper.part import Part
-from halfroll.plan import Plan
+from halfroll.planner.plan import Plan
 from halfroll.vehicle import GRAVITY, Vehicle, load_vehicle
 
 _PAPER_S = (0.7826, 0.9544)  # variable, fixed pitch

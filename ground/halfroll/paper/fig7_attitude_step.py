@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll import _firmware, segments
+from halfroll import _firmware
 from halfroll.drawing import Palette, angle_between, draw_thrust_limits, legend
 from halfroll.paper.claims import below, near
 from halfroll.paper.part import Part
-from halfroll.references import TABLE_STEP_S, Path
+from halfroll.planner import segments
 from halfroll.scenario import load_scenario
+from halfroll.station.references import TABLE_STEP_S, Path
 from halfroll.streamed import Flown, StreamedFlight
 from halfroll.vehicle import Vehicle, load_vehicle
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from halfroll.drawing import angle_between
 from halfroll.paper import paths
-from halfroll.plan import Plan
-from halfroll.references import path_of
+from halfroll.planner.plan import Plan
 from halfroll.scenario import load_scenario
+from halfroll.station.references import path_of
 from halfroll.streamed import Flown, StreamedFlight
 from halfroll.vehicle import Vehicle, load_vehicle
 

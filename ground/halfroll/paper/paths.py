@@ -10,11 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.limits import Limits, margins
-from halfroll.minimum_time import Stretch, shortest
-from halfroll.mission import Waypoint
-from halfroll.plan import Plan
-from halfroll.segments import FREE, PiecewisePolynomial, node, rest, solve
+from halfroll.missions.mission import Waypoint
+from halfroll.planner.limits import Limits, margins
+from halfroll.planner.minimum_time import Stretch, shortest
+from halfroll.planner.plan import Plan
+from halfroll.planner.segments import FREE, PiecewisePolynomial, node, rest, solve
 from halfroll.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from halfroll.link import Telemetry
 from halfroll.paper import paths
 from halfroll.paper.claims import above, near
 from halfroll.paper.flights import START_M, backflips, fly
 from halfroll.paper.part import Part
-from halfroll.references import path_of
 from halfroll.scenario import load_scenario
+from halfroll.station.references import path_of
 from halfroll.streamed import AttitudeSetpoint, StreamedFlight
 from halfroll.vehicle import Vehicle, load_vehicle
+from halfroll.wire.link import Telemetry
 
 
 def reproduce(seeds: int) -> Part:

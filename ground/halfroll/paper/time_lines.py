@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from halfroll.body_axes import body_up
 from halfroll.drawing import Palette, draw_thrust_limits, legend
 from halfroll.paper.flights import START_M, Flights, turned_deg
-from halfroll.plan import Plan
+from halfroll.planner.plan import Plan
 from halfroll.streamed import Flown
 
 Array = NDArray[np.float64]

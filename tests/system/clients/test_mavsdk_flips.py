@@ -21,11 +21,11 @@ import pytest
 
 from halfroll import preflight
 from halfroll.body_axes import body_up
-from halfroll.course import with_takeoff_and_landing
-from halfroll.evaluation import FlightFigures, evaluate
-from halfroll.log import Log, read_log
-from halfroll.mission import Mission, MissionItem
-from halfroll.mission_files import load_mission
+from halfroll.missions.mission import Mission, MissionItem
+from halfroll.missions.mission_files import load_mission
+from halfroll.planner.course import with_takeoff_and_landing
+from halfroll.results.evaluation import FlightFigures, evaluate
+from halfroll.results.log import Log, read_log
 from system.processes import HALFROLL, Running, free_instance, simulator
 
 pytestmark = pytest.mark.long

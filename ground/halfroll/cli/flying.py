@@ -1,0 +1,170 @@
+"""`halfroll fly`, `sitl`, `hil` and `ground`. Why: what starts processes that fly."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from halfroll.cli.endings import Ended, errors_for_people
+from halfroll.cli.options import (
+    Changes,
+    FlownVehicle,
+    Json,
+    LimitsKind,
+    Margin,
+    MissionFile,
+    PlanningMode,
+    Settings,
+    VehicleName,
+    YawRule,
+    command_line,
+    limit_changes,
+    limits_kind,
+    overrides,
+    share,
+)
+from halfroll.errors import FlightError, InputError
+
+
+def fly(
+    mission: MissionFile,
+    vehicle: FlownVehicle = None,
+    scenario: Annotated[
+        str, typer.Option(metavar="NAME|FILE", help="Air, sensors, faults: ideal, nominal, windy..., or a .toml file.")
+    ] = "nominal",
+    seed: Annotated[
+        int | None, typer.Option(help="Of all that is random: one seed, one flight (the scenario's, else 0).", min=0)
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep/--real-time", help="Time waits for the ground station, or for nobody.")
+    ] = True,
+    speed: Annotated[
+        float | None, typer.Option(help="Times real time, 0: as fast as it goes (lockstep 0, else 1).", min=0.0)
+    ] = None,
+    mode: PlanningMode = "paper",
+    margin: Margin = None,
+    limits: LimitsKind = "mission",
+    changes: Changes = None,
+    yaw: YawRule = None,
+    settings: Settings = None,
+    board: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Fly the firmware of a board: qemu-m4, qemu-m7, python, COMMAND.")
+    ] = None,
+    beside: Annotated[
+        bool, typer.Option("--board-beside", help="Fly it in the simulator, too, and count the bits that differ.")
+    ] = False,
+    log: Annotated[Path | None, typer.Option(metavar="F.ulg", help="Where the log goes; else into DIR.")] = None,
+    report: Annotated[Path | None, typer.Option(metavar="R.html", help="Where the report goes; else into DIR.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="The flight's folder, overwritten; else flights/MISSION-VEHICLE.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Fly a mission from take-off to landing, and report. Exit code 0: flown within limits."""
+    with errors_for_people(as_json):
+        from halfroll import console, preflight
+        from halfroll.missions.mission_files import load_mission
+        from halfroll.results.flight_files import FlightFiles
+        from halfroll.scenario import load_scenario
+        from halfroll.vehicle import load_vehicle
+
+        in_world = load_scenario(scenario)
+        flown_by = load_vehicle(vehicle or in_world.vehicle or "mit-vp", overrides(settings))
+        wanted = load_mission(mission)
+        folder = out or Path("flights") / f"{mission.stem}-{flown_by.name}"
+        files = FlightFiles(folder, log or folder / "flight.ulg", report or folder / "report.html")
+        files.prepare()
+        from halfroll.flight import fly as fly_mission
+
+        with console.phases() as said:
+            flown = fly_mission(
+                wanted,
+                flown_by,
+                scenario=scenario,
+                seed=in_world.seed if seed is None else seed,
+                lockstep=lockstep,
+                speed=speed,
+                limits=limits_kind(limits),
+                margin=share(margin),
+                mode=preflight.planning_mode(mode),
+                changes=limit_changes(changes),
+                yaw=yaw,
+                log_path=files.log,
+                board=board,
+                beside=beside,
+                progress=said,
+            )
+            said("report", None)
+            figures = files.write(flown, mission=mission.name, command=command_line())
+        if as_json:
+            console.print_json(files.as_json(flown, figures))
+        else:
+            console.show_flight(flown, figures, files, real_time=not lockstep)
+        if figures is not None and not figures.within_limits:
+            raise Ended(FlightError.exit_code)
+
+
+def sitl(context: typer.Context) -> None:
+    """Run the simulated vehicle: halfroll-sitl, its own options (--help lists them), vehicle and scenario files."""
+    with errors_for_people(as_json=False):
+        from halfroll.simulator import arguments, executable
+
+        program = str(executable())
+        given = arguments(context.args)
+        sys.stdout.flush()
+        os.execv(program, [program, *given])
+
+
+def hil(
+    context: typer.Context,
+    port: Annotated[str, typer.Option(metavar="DEVICE:BAUD", help="Serial port of the board, at 921600 or as said.")],
+) -> None:
+    """Hardware in the loop: the simulated world around a board at a serial port; other options as of sitl.
+
+    In each millisecond 60 to 120 bytes go there and 170 come back: real time wants 4 Mbaud and drivers that take less
+    than 0.4 ms together. Slower lines fly with --lockstep, or --speed 0.1.
+    """
+    with errors_for_people(as_json=False):
+        from halfroll.simulator import arguments, executable
+
+        program = str(executable())
+        given = arguments(context.args)
+        sys.stdout.flush()
+        os.execv(program, [program, "--board-port", port, *given])
+
+
+def ground(
+    vehicle: VehicleName = "mit-vp",
+    instance: Annotated[int, typer.Option(metavar="N", help="Of the simulator: added to its ports.", min=0)] = 0,
+    serial: Annotated[
+        str | None, typer.Option(metavar="DEVICE:BAUD", help="An autopilot at a serial port, in place of UDP.")
+    ] = None,
+    mode: PlanningMode = "paper",
+    margin: Margin = None,
+    limits: LimitsKind = "mission",
+    changes: Changes = None,
+    yaw: YawRule = None,
+    settings: Settings = None,
+) -> None:
+    """Run the ground station until Ctrl-C: it plans what is uploaded, and flies it once it is started."""
+    with errors_for_people(as_json=False):
+        if instance > 9:
+            raise InputError(f"instance {instance}: ports are laid out for 0 to 9; choose one of these")
+        from halfroll import preflight
+        from halfroll.flight import run_ground
+        from halfroll.missions.mission import PlanOptions
+        from halfroll.vehicle import load_vehicle
+
+        run_ground(
+            load_vehicle(vehicle, overrides(settings)),
+            instance=instance,
+            serial=serial,
+            options=PlanOptions.of(
+                preflight.planning_mode(mode), limits_kind(limits), share(margin), limit_changes(changes), yaw
+            ),
+            report=lambda event: print(f"{event.t_s:8.2f} s  {event.text}", flush=True),
+        )
