@@ -34,7 +34,8 @@ from halfroll.station.planning import PlanningProcess
 from halfroll.station.record import Event
 from halfroll.station.station import Station
 from halfroll.vehicle import Vehicle, built_vehicle
-from halfroll.wire.link import GROUND, Link
+from halfroll.wire.link import Link
+from halfroll.wire.messages import GROUND
 from halfroll.wire.transport import SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
 
 if TYPE_CHECKING:

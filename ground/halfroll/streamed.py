@@ -21,7 +21,8 @@ from halfroll.scenario import Scenario
 from halfroll.station import references
 from halfroll.station.references import PARAMETERS, Path, References
 from halfroll.vehicle import Vehicle
-from halfroll.wire.link import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Link, Telemetry
+from halfroll.wire.link import Link
+from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Telemetry
 
 Array = NDArray[np.float64]
 

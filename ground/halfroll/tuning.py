@@ -14,7 +14,8 @@ import numpy as np
 from halfroll import _firmware
 from halfroll.errors import LinkError
 from halfroll.wire.conversations import Conversation, Talk, read_param, write_param
-from halfroll.wire.link import GCS, GCS_SYSTEM, Link
+from halfroll.wire.link import Link
+from halfroll.wire.messages import GCS, GCS_SYSTEM
 from halfroll.wire.transport import LOOPBACK, UdpTransport
 
 GCS_PORT = 18570  # where halfroll-sitl listens for ground control stations

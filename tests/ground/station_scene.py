@@ -19,7 +19,7 @@ from halfroll.station.record import Event
 from halfroll.station.references import Path
 from halfroll.station.station import State, Station
 from halfroll.vehicle import load_vehicle
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 from halfroll.wire.link import Link
 from halfroll.wire.transport import MemoryTransport
 

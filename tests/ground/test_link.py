@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from halfroll.errors import LinkError, MissionError
 from halfroll.missions.mission import MissionItem
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 from halfroll.wire.conversations import (
     SET_MISSION_CURRENT,
     NoAnswer,
@@ -27,7 +27,7 @@ from halfroll.wire.conversations import (
     upload,
     write_param,
 )
-from halfroll.wire.link import Link
+from halfroll.wire.link import Link, dialect
 from halfroll.wire.transport import MemoryTransport
 
 ITEMS = (
@@ -135,7 +135,7 @@ def test_bytes_in_any_portions_say_what_whole_datagrams_say(cuts):
 
 
 def frame_of(name, *fields):
-    codec = wire.dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    codec = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     return getattr(codec, f"{name}_encode")(*fields).pack(codec)
 
 

@@ -9,7 +9,7 @@ from station_scene import Scene
 
 from halfroll.errors import FlightError, MissionError
 from halfroll.station.station import State
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 
 
 def test_the_pilot_flies_a_mission_through_the_door_of_any_ground_control_station():

@@ -12,7 +12,7 @@ from station_scene import ITEMS, LEG, PerfectFlight, Scene, T, flying_scene, tex
 from halfroll.errors import PlanError
 from halfroll.station.following import Stage
 from halfroll.station.station import State
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 
 
 def test_a_stored_mission_is_downloaded_and_planned_and_everybody_is_told():

@@ -15,7 +15,7 @@ from halfroll.scenario import load_scenario
 from halfroll.station.references import path_of
 from halfroll.streamed import AttitudeSetpoint, StreamedFlight
 from halfroll.vehicle import Vehicle, load_vehicle
-from halfroll.wire.link import Telemetry
+from halfroll.wire.messages import Telemetry
 
 
 def reproduce(seeds: int) -> Part:

@@ -21,7 +21,8 @@ from halfroll.station.planning import PlanningProcess
 from halfroll.station.record import Event, Record
 from halfroll.station.station import Station
 from halfroll.vehicle import Vehicle
-from halfroll.wire.link import GCS, GCS_SYSTEM, GROUND, Link, Message
+from halfroll.wire.link import Link
+from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND, Message
 from halfroll.wire.transport import UdpTransport, wait_for_any, wall_s
 
 _POLL_S = 0.02  # how long the planner's outcome may lie unseen

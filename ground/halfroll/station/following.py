@@ -17,9 +17,10 @@ from halfroll.station.planning import Planned
 from halfroll.station.record import Event, Record
 from halfroll.station.references import References
 from halfroll.wire import conversations
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 from halfroll.wire.conversations import Conversation
-from halfroll.wire.link import Link, Telemetry
+from halfroll.wire.link import Link
+from halfroll.wire.messages import Telemetry
 from halfroll.wire.transport import Clock
 
 START_DISTANCE, START_SPEED = 0.05, 0.1  # m, m/s: near enough to the plan's start for its clock to start

@@ -15,9 +15,10 @@ from halfroll.errors import FlightError, HalfrollError, LinkError, MissionError
 from halfroll.missions.mission import Mission
 from halfroll.station.record import Event
 from halfroll.wire import conversations
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 from halfroll.wire.conversations import Conversation, Talk, Wait
-from halfroll.wire.link import Link, Message
+from halfroll.wire.link import Link
+from halfroll.wire.messages import Message
 from halfroll.wire.transport import Clock, wall_s
 
 HEARTBEAT_S = 1.0

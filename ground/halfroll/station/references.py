@@ -41,7 +41,7 @@ _PEAK_SPEED, _PEAK_ACCELERATION = 2.47, 9.5  # of a 9th-order rest-to-rest move,
 
 
 class TelemetryLike(Protocol):
-    """What of a telemetry sample counts here (link.Telemetry has it)."""
+    """What of a telemetry sample counts here (messages.Telemetry has it)."""
 
     @property
     def t_us(self) -> int: ...

@@ -28,10 +28,11 @@ from halfroll.station.record import Event
 from halfroll.station.references import References
 from halfroll.vehicle import Vehicle
 from halfroll.wire import conversations
-from halfroll.wire import link as wire
+from halfroll.wire import messages as wire
 from halfroll.wire.barrier import Barrier
 from halfroll.wire.conversations import Conversation, Talk
-from halfroll.wire.link import Link, Message, MissionCurrent, Telemetry
+from halfroll.wire.link import Link
+from halfroll.wire.messages import Message, MissionCurrent, Telemetry
 from halfroll.wire.transport import Clock, wall_s
 
 HEARTBEAT_S = 1.0

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from halfroll.wire.conversations import Ask, Conversation, Talk
-from halfroll.wire.link import Link, Message, TimeReply, TimeRequest
+from halfroll.wire.link import Link
+from halfroll.wire.messages import Message, TimeReply, TimeRequest
 from halfroll.wire.transport import Clock, wall_s
 
 

@@ -14,12 +14,12 @@ from typing import Any, Generic, TypeVar
 from halfroll.errors import LinkError, MissionError
 from halfroll.missions.mission import MissionItem
 from halfroll.missions.mission_items import command_name
-from halfroll.wire.link import (
+from halfroll.wire.link import Link
+from halfroll.wire.messages import (
     ACCEPTED,
     CommandAck,
     ItemRequest,
     ItemSent,
-    Link,
     Message,
     MissionAck,
     MissionCount,

@@ -7,7 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from halfroll.wire.link import GROUND, Link
+from halfroll.wire.link import Link
+from halfroll.wire.messages import GROUND
 from system.contract.aircraft import ACCEPTED, DENIED, HOLD, TAKEOFF, A, Aircraft, B, Client
 
 STANDBY, ACTIVE, CRITICAL, TERMINATED = 3, 4, 5, 6
