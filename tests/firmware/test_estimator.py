@@ -110,7 +110,7 @@ def test_it_believes_what_a_filter_in_double_believes_that_waited_for_the_poses(
         assert np.sqrt(np.diag(estimator.covariance)) == pytest.approx(deviation, rel=0.08)
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=12, suppress_health_check=[HealthCheck.too_slow])
 @given(
     seed=st.integers(0, 2**31),
     latency=st.sampled_from([0, 10, 20, 40, 60]),

@@ -57,7 +57,7 @@ class Placed(Session):
     "origin",
     [(47.397742, 8.545594, 488.0), (-35.363262, 149.165237, 584.0), (0.0001, -179.9, 0.0), (64.1, -21.9, 50.0)],
 )
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(x=near, y=near, z=heights)
 def test_every_message_about_a_place_means_the_same_place(
     origin: tuple[float, float, float], x: float, y: float, z: float

@@ -243,7 +243,7 @@ def test_eq_22_rates_of_a_turned_reference():
     assert np.abs(2.0 * zeta * wn * J * (w_B - w_D)).max() > 0.1  # what the printed term would add
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.floats(1.1, 1.5))
 def test_smoothness_at_free_fall(change):
     """Four continuous derivatives, as the text asks, are too few where F = 0: with a fifth that steps, torque steps."""

@@ -200,7 +200,7 @@ def test_whatever_the_course_the_plan_is_proven_and_meets_its_points(course, veh
     assert np.abs(plan.trajectory.at(plan.times_s)[:, :3] - course).max() < 1e-6
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=8, derandomize=True)
 @given(
     st.lists(st.tuples(*[st.floats(-5, 5)] * 2, st.floats(0.6, 4)), min_size=2, max_size=5, unique=True), st.booleans()
 )

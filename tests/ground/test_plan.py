@@ -60,7 +60,7 @@ def test_known_courses_stay_as_fast_as_they_were(course, T):
     assert pytest.approx(T, rel=2e-3) == rotors_alone(course, FP).T
 
 
-@settings(max_examples=4, deadline=None, derandomize=True)
+@settings(max_examples=4, derandomize=True)
 @given(seed=st.integers(0, 2**31), n=st.integers(3, 5))
 def test_variable_pitch_is_never_slower_than_fixed(seed, n):
     course = np.random.default_rng(seed).uniform((-4, -4, 1), (4, 4, 4), (n, 3))

@@ -351,7 +351,7 @@ def planned_or_refused(waypoints, vehicle, options):
 place = st.tuples(st.floats(-6, 6), st.floats(-6, 6), st.floats(0.6, 5))
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=8, derandomize=True)
 @given(
     st.lists(place, min_size=2, max_size=5, unique=True),
     st.sampled_from([VP, FP]),
@@ -401,7 +401,7 @@ SYMMETRIES = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SYMMETRIES)
-@settings(max_examples=3, deadline=None, derandomize=True)
+@settings(max_examples=3, derandomize=True)
 @given(place, place)
 def test_the_time_of_a_leg_does_not_change_when_it_is_moved_or_flown_backwards(name, start, end):
     """Rotors without lag, for their limits read the same in both directions of time. The search ends within a percent
@@ -414,7 +414,7 @@ def test_the_time_of_a_leg_does_not_change_when_it_is_moved_or_flown_backwards(n
 
 
 @pytest.mark.long
-@settings(max_examples=3, deadline=None, derandomize=True)
+@settings(max_examples=3, derandomize=True)
 @given(
     st.lists(place, min_size=3, max_size=4, unique=True),
     st.sampled_from(

@@ -48,7 +48,7 @@ def test_its_peaks_are_the_reference_numbers():
     assert peaks == pytest.approx([2.4609, 9.3720, 78.75, 622.5], rel=1e-4)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 9))
 def test_positions_are_met_and_all_derivatives_to_the_eighth_are_continuous(seed, n):
     nodes, durations = random_course(seed, n)
