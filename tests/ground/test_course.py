@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from halfroll.errors import MissionError, PlanError
@@ -141,7 +141,6 @@ def test_headings_are_clockwise_from_north_and_nan_keeps_the_last() -> None:
     assert [point.yaw for point in flown.waypoints] == pytest.approx([0.3, -math.pi / 2, -math.pi / 2])
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-720, 720), min_size=1, max_size=6))
 def test_no_heading_turns_more_than_half_a_turn_at_once(headings: list[float]) -> None:
     points = [at(10.0 * i, 0, 5, heading_deg=heading) for i, heading in enumerate(headings, start=1)]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -60,7 +60,6 @@ def test_an_array_that_is_neither_vector_nor_quaternion_is_refused() -> None:
         to_wire([1.0, 2.0])
 
 
-@settings(deadline=None)
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_every_dege7_integer_survives_being_degrees(degrees_e7: int) -> None:
     assert degrees_to_wire(degrees_from_wire(degrees_e7)) == degrees_e7

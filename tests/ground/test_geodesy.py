@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint, global_from_local, local_from_global
@@ -49,7 +49,6 @@ def test_at_1_km_the_tangent_plane_is_8_cm_lower() -> None:
     assert tangent_plane(DEFAULT_ORIGIN, point)[2] == pytest.approx(-0.0785, abs=0.001)
 
 
-@settings(deadline=None)
 @given(st.sampled_from(ORIGINS), *[st.floats(-5000, 5000)] * 3)
 def test_there_and_back_is_the_same_place(origin: GeoPoint, n: float, w: float, u: float) -> None:
     back = local_from_global(origin, global_from_local(origin, (n, w, u)))

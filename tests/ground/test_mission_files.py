@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from halfroll.errors import InputError, MissionError
@@ -215,7 +215,6 @@ def item_lists(draw: st.DrawFn) -> tuple[MissionItem, ...]:
     return tuple(items)
 
 
-@settings(deadline=None)
 @given(item_lists())
 def test_a_saved_plan_loads_as_the_same_items(
     tmp_path_factory: pytest.TempPathFactory, items: tuple[MissionItem, ...]
@@ -229,7 +228,6 @@ HOME = MissionItem(16, 0, (0.0,) * 4, 473977420, 85455940, 488.0)
 TAKEOFF = MissionItem(22, 3, (0.0, 0.0, 0.0, math.nan), 473977420, 85455940, 5.0)
 
 
-@settings(deadline=None)
 @given(item_lists())
 def test_a_saved_waypoint_list_with_a_home_line_loads_as_the_same_items(
     tmp_path_factory: pytest.TempPathFactory, items: tuple[MissionItem, ...]
@@ -447,7 +445,6 @@ JSON = st.recursive(
 )
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_whatever_stands_at_some_place_of_a_plan_it_loads_or_is_refused(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
@@ -467,7 +464,6 @@ def test_whatever_stands_at_some_place_of_a_plan_it_loads_or_is_refused(
         check_items(load_mission(path).items)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200), st.sampled_from(["plan", "waypoints", "toml", "csv", "kml"]))
 def test_no_bytes_bring_down_the_reader(tmp_path_factory: pytest.TempPathFactory, content: bytes, suffix: str) -> None:
     path = tmp_path_factory.mktemp("any") / f"m.{suffix}"
