@@ -17,6 +17,7 @@ namespace halfroll {
 namespace {
 
 constexpr std::uint64_t kImuFailureShownUs = 500000;
+constexpr float kLeaning = 0.5F;  // cosine of the tilt beyond which a stream that ends leaves nothing to fly on from
 
 }  // namespace
 
@@ -95,6 +96,8 @@ void Autopilot::navigate() {
 
   if (!armed_) return stand_by();
   if (manoeuvre_.active()) return fly_manoeuvre();
+  const bool recovering = recovery_ != Recovery::kNone && estimate_.position_valid;
+  if (recovering && mode_ != Mode::kOffboard) return hold();  // first; then what the mode is for
   switch (mode_) {
     case Mode::kHold: hold(); break;
     case Mode::kTakeoff: {
@@ -155,6 +158,9 @@ void Autopilot::enter(Mode mode, Requester who) {
   if (who == Requester::kUser) user_mode_ = mode;
   const bool stops = mode == Mode::kHold || mode == Mode::kLand;
   if (who != Requester::kAutopilot || !stops) recovery_ = Recovery::kNone;
+  const bool leaning = up_axis(estimate_.q_WB).z() < kLeaning && estimate_.position_valid;
+  const bool streamed = mode_ == Mode::kOffboard && recovery_ == Recovery::kNone;
+  if (streamed && leaning && armed_ && !landed_.on_ground()) start_recovery();
   mode_ = mode;
   idle_s_ = 0.F;
 }

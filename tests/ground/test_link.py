@@ -107,6 +107,39 @@ def test_a_position_without_the_attitude_of_the_same_moment_is_no_telemetry(conn
     assert link.receive() == []
 
 
+def test_the_halves_of_telemetry_may_come_in_any_order_between_those_of_other_moments(connected):
+    link, autopilot = connected
+    autopilot.send("local_position_ned", 130, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    autopilot.send("attitude_quaternion", 120, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    autopilot.send("attitude_quaternion", 130, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    autopilot.send("local_position_ned", 120, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert [(here.t_us, here.p_WB[0]) for here in link.receive()] == [(130_000, 2.0), (120_000, 1.0)]
+
+
+def test_halves_whose_other_half_is_lost_are_forgotten(connected):
+    link, autopilot = connected
+    for ms in range(0, 1000, 10):
+        autopilot.send("attitude_quaternion", ms, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    autopilot.send("local_position_ned", 0, 1.0, 2.0, -3.0, 0.0, 0.0, 0.0)
+    assert link.receive() == []
+
+
+def test_what_newer_news_has_passed_on_the_way_is_no_news(connected):
+    link, autopilot = connected
+    for seq, mode in ((150, 0), (253, 1), (1, 3), (255, 2), (2, 4), (0, 2), (3, 5)):
+        autopilot.codecs[0].seq = seq
+        autopilot.send("heartbeat", 2, 0, 29, mode, 3)
+    assert [message.mode for message in link.receive()] == [0, 1, 3, 4, 5]
+
+
+def test_an_autopilot_that_starts_again_is_heard_at_once(connected):
+    link, autopilot = connected
+    for seq, mode in ((200, 1), (0, 2), (1, 3)):
+        autopilot.codecs[0].seq = seq
+        autopilot.send("heartbeat", 2, 0, 29, mode, 3)
+    assert [message.mode for message in link.receive()] == [1, 2, 3]
+
+
 def test_the_time_is_heard_from_messages_that_nobody_reads_unless_they_are_damaged_or_another_vehicle_s(connected):
     link, autopilot = connected
     autopilot.send("attitude", 120, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
@@ -218,6 +251,17 @@ def test_a_command_whose_answer_is_lost_is_sent_again(connected):
     autopilot.lost = lambda frame: frame.get_type() == "COMMAND_ACK" and next(losses, False)
     assert talk(link, autopilot, command(link, SET_MISSION_CURRENT, 3.0, what="progress")) == wire.ACCEPTED
     assert autopilot.commands() == [(224, 3.0, 0.0, 0.0)] * 3
+
+
+def test_a_round_trip_is_known_of_questions_that_were_asked_once(connected):
+    link, autopilot = connected
+    clock = Clock()
+    talk(link, autopilot, read_param(link, "POS_KP_Z"), clock)
+    assert len(link.round_trips_s) == 1
+    lost = [True]
+    autopilot.lost = lambda frame: frame.get_type() == "PARAM_VALUE" and bool(lost and lost.pop())
+    talk(link, autopilot, read_param(link, "POS_KP_Z"), clock)
+    assert len(link.round_trips_s) == 1
 
 
 def test_the_result_of_a_refused_command_is_returned(connected):

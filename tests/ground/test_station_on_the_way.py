@@ -20,6 +20,49 @@ def test_the_station_does_not_take_over_in_the_middle_of_a_mission():
     assert scene.world.setpoints() == []
 
 
+def test_it_takes_over_when_word_that_the_takeoff_is_reached_was_lost():
+    scene = Scene()
+    scene.world.lost = lambda frame: frame.get_type() == "MISSION_ITEM_REACHED"
+    scene.start()
+    scene.fly(1.0)
+    assert scene.world.mode == OFFBOARD
+    assert "approach" in scene.kinds()
+
+
+def test_far_from_the_plan_s_start_a_takeoff_that_was_reached_unheard_is_too_long_ago():
+    scene = Scene()
+    scene.world.lost = lambda frame: frame.get_type() == "MISSION_ITEM_REACHED"
+    scene.fly(until=lambda: scene.station.state is State.READY)
+    scene.world.armed, scene.world.mission_state = True, 3
+    scene.world.set_mode(MISSION)
+    scene.world.position = np.array([1.5, 0.0, -2.0])
+    scene.fly(0.1)
+    scene.world.reach(0)
+    scene.fly(1.0)
+    assert scene.world.mode == MISSION
+
+
+def test_the_item_after_the_takeoff_is_nobody_s_choice_when_it_is_heard_late():
+    scene = Scene()
+    scene.world.lost = lambda frame: frame.get_type() == "MISSION_CURRENT" and scene.world.mode == MISSION
+    scene.start()
+    scene.fly(until=lambda: scene.station.following is not None and scene.station.following.stage is Stage.FLYING)
+    scene.world.tell_mission()
+    scene.fly(0.2)
+    assert scene.station.following.stage is Stage.FLYING
+
+
+@pytest.mark.parametrize(("round_trip_s", "mode"), [(0.04, OFFBOARD), (0.06, MISSION)])
+def test_over_a_link_that_is_too_slow_the_autopilot_flies_by_itself_and_it_is_said(round_trip_s, mode):
+    scene = Scene(lockstep=False)
+    scene.fly(until=lambda: scene.station.state is State.READY)
+    scene.link.round_trips_s.extend([round_trip_s, 0.3] * 8)
+    scene.start()
+    scene.fly(0.3)
+    assert scene.world.mode == mode
+    assert ("Mission: link too slow for the plan, 60 ms" in texts_of(scene)) == (mode == MISSION)
+
+
 def test_another_mission_stored_in_flight_ends_the_streaming_and_is_planned():
     scene = Scene()
     scene.start()

@@ -22,7 +22,8 @@ from halfroll.planner.segments import node, rest, solve
 from halfroll.station.references import PARAMETERS, Path, References, path_of
 from halfroll.vehicle import GRAVITY, load_vehicle
 from halfroll.wire.frames import to_wire
-from system.contract.aircraft import ACCEPTED, HOLD, OFFBOARD, A, Aircraft, Client, dialect
+from system.contract.aircraft import ACCEPTED, HOLD, MISSION, OFFBOARD, A, Aircraft, Client, dialect
+from system.contract.missions import LINE
 
 HEIGHT = 12.0  # [m], where both begin
 POINTS = 20
@@ -197,6 +198,24 @@ def test_from_any_attitude_and_rate_it_recovers_upright(at_twelve_metres: Aircra
         assert aircraft.autopilot.mode == "Hold"
         assert up(aircraft) > 0.99
         assert np.linalg.norm(aircraft.world.v_WB) < 0.1
+
+
+@pytest.mark.parametrize("who", [190, 191], ids=["a user", "the ground station"])
+def test_a_mission_that_is_started_upside_down_begins_upright_and_at_rest(at_twelve_metres: Aircraft, who: int) -> None:
+    aircraft = at_twelve_metres.copy()
+    client = aircraft.client(A, system=1, component=who)
+    assert client.upload(LINE) == 0
+    _, flying = next((t, flying) for t, flying in streamed(aircraft, backflip()) if up(flying) < -0.5)
+    assert client.set_mode(MISSION) == ACCEPTED
+    lowest, slowest = HEIGHT, math.inf
+    for _ in range(3000):
+        flying.step()
+        lowest = min(lowest, flying.world.p_WB[2])
+        slowest = min(slowest, float(np.linalg.norm(flying.world.v_WB)))
+    assert flying.autopilot.mode == "Mission"
+    assert lowest > HEIGHT - 3.0
+    assert slowest < 0.5
+    assert up(flying) > 0.9
 
 
 EACH = [(name, n) for name in ("mission", "flip") for n in range(POINTS)]

@@ -6,7 +6,7 @@ and when a user's word ends it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any
 
@@ -41,7 +41,7 @@ class Stage(Enum):
 class Following:
     """thrust_reference [N]: VEH_T_REF; converse: begins a conversation with the autopilot, after those that wait.
 
-    current: the item that the autopilot flies as yet.
+    current: the items of which the autopilot may be flying one as yet; which, may have been lost on the way.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Following:
         loop: References,
         thrust_reference: float,
         here: Telemetry,
-        current: int,
+        current: Sequence[int],
         converse: Converse,
         report: Callable[[Event], None],
         clock: Clock,
@@ -65,7 +65,7 @@ class Following:
         self._start = planned.plan.waypoints[0]
         self._path, self._path_start_us = references.approach(here, self._start.position, self._start.yaw), here.t_us
         self._due, self._told_s = 0, -_PROGRESS_EVERY_S
-        self._items = [current]  # the one last heard to be current, then those reported since
+        self._items = list(current)  # what may be current, in order: those reported from here are added
         self._near_us = here.t_us  # when it was last within ERROR_LIMIT_M of the plan
         self._tell("approach", "taking over from the autopilot")
         loop.begin(here)

@@ -40,6 +40,7 @@ HOME_MOVED = 0.05  # [m] beyond this the plan is made again
 PAUSED_MOVED = 0.5  # [m] beyond this the rest of a paused mission is planned again
 LATE_MOVED = 1.0  # [m] beyond this a mission that went on is not taken back to where its rest was planned from
 RESTARTED_US = 1_000_000  # time that goes back by more began anew
+LONGEST_ROUND_TRIP_S = 0.05  # a reference that is older than this when it comes is not flown as of its stamp
 LINK_DELAY_S = 0.002  # assumed of the wire in real time; none in lockstep
 _GLOBAL_ORIGIN, _HOME_POSITION = 49, 242  # message ids
 _TAKEOFF_ALTITUDE = "MIS_TAKEOFF_ALT"
@@ -185,6 +186,23 @@ class Station:
             if current.mission_id:
                 self._tell("mission", f"{current.total} items are stored")
                 self._converse(self._ask_facts(current.mission_id), self._hear_facts)
+        elif self.planned and before.seq != current.seq and self._is_over_start(current.seq):
+            self._hear_reached(self.planned.course.first_item)  # which was said once, and lost
+
+    def _is_over_start(self, seq: int) -> bool:
+        """The takeoff has given way to the first planned item, and it is still near the plan's start."""
+        if not self.planned or self._is_rest or self._here is None or seq not in self._after_takeoff[1:]:
+            return False
+        start = self.planned.course.waypoints[0].position
+        return bool(np.linalg.norm(self._here.p_WB - start) < LATE_MOVED)
+
+    @property
+    def _after_takeoff(self) -> range:
+        """Items of which one is current when the takeoff was just reached: it, or what leads to the next place."""
+        if not self.planned:
+            return range(0)
+        first, following = self.planned.course.first_item, self.planned.course.waypoints[1].item
+        return range(first, 1 + max(first, following or 0))
 
     def _ask_facts(self, mission_id: int) -> Conversation[Facts]:
         _, items = yield from conversations.download(self._link)
@@ -340,17 +358,23 @@ class Station:
             self._take_over_due = False
             self._say_late()
             return
+        round_trip_s = min(self._link.round_trips_s, default=0.0)
+        if round_trip_s > LONGEST_ROUND_TRIP_S and not self.lockstep:
+            self._take_over_due = False
+            self._say(f"link too slow for the plan, {1e3 * round_trip_s:.0f} ms", "late", wire.WARNING)
+            return
         delay = 0.0 if self.lockstep else LINK_DELAY_S
         loop = self._make_references(self._vehicle, self._facts.params, delay)
         self.state, self._take_over_due, self._flown = State.FLYING, False, True
         thrust_reference = self._facts.params["VEH_T_REF"]
+        seq = self._current.seq
         self.following = Following(
             self._link,
             self.planned,
             loop,
             thrust_reference,
             here,
-            self._current.seq,
+            self._after_takeoff if seq in self._after_takeoff and not self._is_rest else range(seq, seq + 1),
             self._converse,
             self._report,
             self._clock,

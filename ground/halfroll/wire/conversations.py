@@ -97,7 +97,11 @@ class Talk(Generic[T]):
 
     def hear(self, message: Message) -> None:
         step = self._step
-        if (isinstance(step, Ask) and step.answered_by(message)) or (isinstance(step, Wait) and step.until(message)):
+        if isinstance(step, Ask) and step.answered_by(message):
+            if self._tries == 1:  # else nobody knows which of them was answered
+                self._link.round_trips_s.append(self._clock() - self._sent_s)
+            self._go_on(message)
+        elif isinstance(step, Wait) and step.until(message):
             self._go_on(message)
 
     def go_on(self) -> None:

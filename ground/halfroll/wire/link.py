@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import struct
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -51,6 +52,10 @@ _TEXT_LENGTH = 50
 _PREARM_CHECK = dialect.MAV_SYS_STATUS_PREARM_CHECK
 _MISSION_TYPE = 0  # the mission itself, not fence or rally points
 _BODY_RATE_LARGEST, _THRUST_LARGEST = 40.0, 1.0  # a setpoint beyond is dropped whole
+_HALVES, _HALVES_KEPT = ("ATTITUDE_QUATERNION", "LOCAL_POSITION_NED"), 8  # of telemetry
+_ROUND_TRIPS_KEPT = 15
+_NEWEST_COUNTS = {"HEARTBEAT", "MISSION_CURRENT"}  # what they say is over when newer ones have come
+_PASSED_BY = 32  # frames at most; farther back in the sequence is another sequence
 _MAGIC, _HEADER, _CHECKSUM = 0xFD, 10, 2  # of a MAVLink 2 frame
 
 
@@ -100,7 +105,7 @@ def _offset_of_time(kind: Any) -> int | None:
     return struct.calcsize("<" + "".join(f"{n or 1}{c}" for n, c in zip(kind.array_lengths, letters, strict=False)))
 
 
-_READ = {"ATTITUDE_QUATERNION", "LOCAL_POSITION_NED", *_DECODE}
+_READ = {*_HALVES, *_DECODE}
 # id -> checksum seed, and where the time stands in those of which nothing else is read
 _ONLY_TIME = {
     number: (kind.crc_extra, _offset_of_time(kind))
@@ -148,10 +153,12 @@ class Link:
         self._own_system = system
         self._codec = dialect.MAVLink(None, srcSystem=system or 0, srcComponent=component)
         self._codec.robust_parsing = True
-        self._attitude: Any = None
+        self._newest_seq = 0
+        self._halves: dict[int, Any] = {}  # of telemetry, by their time: those whose other half has not come
         self.vehicle_system: int | None = None
         self.t_us = 0  # the vehicle's time, as last heard
         self.questions = 0  # asked so far, see conversations.py
+        self.round_trips_s: deque[float] = deque(maxlen=_ROUND_TRIPS_KEPT)  # of the latest questions, wall clock
 
     def receive(self, timeout_s: float = 0.0) -> list[Message]:
         """What the autopilot has sent, in order, after waiting at most timeout_s for something."""
@@ -206,17 +213,30 @@ class Link:
         if component != AUTOPILOT and not (component == GROUND and kind == "STATUSTEXT"):
             return None
         self.t_us = 1000 * getattr(frame, "time_boot_ms", self.t_us // 1000)
-        if kind == "ATTITUDE_QUATERNION":
-            self._attitude = frame
-        elif kind == "LOCAL_POSITION_NED":
-            return self._telemetry(self._attitude, frame)
+        if kind in _HALVES:
+            return self._telemetry(kind, frame)
+        if component == AUTOPILOT and self._is_old(frame.get_seq()) and kind in _NEWEST_COUNTS:
+            return None
         decode = _DECODE.get(kind)
         return decode(frame) if decode else None
 
-    def _telemetry(self, attitude: Any, position: Any) -> Telemetry | None:
-        """The two halves of one sample bear the same stamp; a half alone is of no use."""
-        if attitude is None or attitude.time_boot_ms != position.time_boot_ms:
+    def _is_old(self, seq: int) -> bool:
+        """Newer ones came before: on its way it was passed by them."""
+        behind = (self._newest_seq - seq) % 256
+        if 0 < behind < _PASSED_BY:
+            return True
+        self._newest_seq = seq
+        return False
+
+    def _telemetry(self, kind: str, half: Any) -> Telemetry | None:
+        """The two halves of one sample bear the same stamp, and come in any order; a half alone is of no use."""
+        other = self._halves.pop(half.time_boot_ms, None)
+        if other is None or other.get_type() == kind:
+            self._halves[half.time_boot_ms] = half
+            if len(self._halves) > _HALVES_KEPT:
+                del self._halves[next(iter(self._halves))]
             return None
+        attitude, position = (half, other) if kind == _HALVES[0] else (other, half)
         return Telemetry(
             t_us=1000 * position.time_boot_ms,
             q_WB=from_wire((attitude.q1, attitude.q2, attitude.q3, attitude.q4)),
