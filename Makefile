@@ -8,6 +8,7 @@ MISSION ?= examples/first_flight.plan
 JOBS ?= 2
 TIME ?= 60
 CORTEX_M_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
+BROWSER_PACKAGES := chromium
 FUZZ_PACKAGES := clang llvm libclang-rt-14-dev
 
 # $(call needs,commands,packages,for what): installs what is missing where it may, and says what to install otherwise.
@@ -30,7 +31,7 @@ test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
 	$(BIN)/pytest -n $(JOBS) -m "not long"
 
-test-long: build boards $(VENV)/clients analyse
+test-long: build boards $(VENV)/clients analyse | build/deps/browser
 	$(BIN)/pytest -n $(JOBS) -m long
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
@@ -61,6 +62,8 @@ build/deps/cortex-m:
 	$(call needs,arm-none-eabi-g++ qemu-system-arm,$(CORTEX_M_PACKAGES),the boards)
 build/deps/clang:
 	$(call needs,clang++ llvm-profdata llvm-cov,$(FUZZ_PACKAGES),fuzzing)
+build/deps/browser:
+	$(call needs,chromium,$(BROWSER_PACKAGES),tests of the page)
 build/deps/analysers:
 	$(call needs,clang-tidy cppcheck,clang-tidy cppcheck,static analysis)
 

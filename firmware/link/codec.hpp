@@ -53,6 +53,7 @@ class Parser {
 struct Envelope {
   std::uint8_t system = 1;
   std::uint8_t sequence = 0;
+  std::uint8_t component = kAutopilotComponent;
 };
 
 /// One MAVLink 2 frame; `to` is left to the caller.

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from halfroll.preflight import check, plan
     from halfroll.results.log import read_log
     from halfroll.vehicle import load_vehicle
+    from halfroll.viewer.notebook import view
 
     __version__: str
 
@@ -33,6 +34,7 @@ __all__ = [
     "load_vehicle",
     "plan",
     "read_log",
+    "view",
 ]
 
 _HOME = {  # public name -> module that defines it
@@ -46,6 +48,7 @@ _HOME = {  # public name -> module that defines it
     "load_vehicle": "vehicle",
     "plan": "preflight",
     "read_log": "results.log",
+    "view": "viewer.notebook",
 }
 
 

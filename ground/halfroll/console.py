@@ -156,10 +156,10 @@ def status(what: str) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def phases() -> Iterator[Callable[[str, float | None], None]]:
-    """Progress of a flight on standard error: a bar on a terminal, a line a phase elsewhere."""
+    """Progress of many parts on standard error: a bar on a terminal, a line a phase elsewhere."""
     out = console(stderr=True)
     if not out.is_terminal:
-        yield _one_line_a_phase()
+        yield one_line_a_phase()
         return
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=out) as progress:
@@ -179,7 +179,8 @@ def phases() -> Iterator[Callable[[str, float | None], None]]:
             progress.update(task, total=1.0, completed=1.0)
 
 
-def _one_line_a_phase() -> Callable[[str, float | None], None]:
+def one_line_a_phase() -> Callable[[str, float | None], None]:
+    """Progress of a flight on standard error where there is no terminal."""
     seen: list[str] = []
 
     def said(phase: str, fraction: float | None) -> None:

@@ -6,6 +6,8 @@ plan and no log, so whatever has numbers can draw itself.
 
 from __future__ import annotations
 
+import io
+from base64 import b64encode
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -130,3 +132,10 @@ def plan_figure(columns: Mapping[str, Any], points: FloatArray, thrust_N: tuple[
         thrusts.set_xlabel("time [s]")
         figure.suptitle(title)
     return figure
+
+
+def inline_picture(figure: Figure) -> str:
+    """An <img> that needs no file beside it."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=80, metadata={"Software": None})
+    return f'<img alt="" style="max-width:100%" src="data:image/png;base64,{b64encode(buffer.getvalue()).decode()}">'

@@ -17,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from socket import socket
@@ -33,10 +34,12 @@ from halfroll.station.crew import Debriefing, Orders, hear_all
 from halfroll.station.planning import PlanningProcess
 from halfroll.station.record import Event
 from halfroll.station.station import Station
+from halfroll.station.telling import Teller
 from halfroll.vehicle import Vehicle, built_vehicle
 from halfroll.wire.link import Link
 from halfroll.wire.messages import GROUND
-from halfroll.wire.transport import SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
+from halfroll.wire.told import TOLD_PORT
+from halfroll.wire.transport import LOOPBACK, SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
 
 if TYPE_CHECKING:
     from halfroll.planner.plan import Plan
@@ -86,6 +89,14 @@ class FlightResult:
     notes: tuple[str, ...]  # what was added to the mission
     board: Mapping[str, float] | None = None  # what a board has measured: steps, instructions, bits that differ
 
+    def plot(self) -> Any:
+        """A matplotlib figure of path, error, tilt and rotor thrusts. Raises InputError where no plan was flown."""
+        return import_module("halfroll.results.cards").picture_of(self)
+
+    def _repr_html_(self) -> str:
+        """For a notebook."""
+        return str(import_module("halfroll.results.cards").flight_card(self))
+
 
 def fly(
     mission: Mission | str | Path,
@@ -106,6 +117,8 @@ def fly(
     instance: int | None = None,
     board: str | None = None,
     beside: bool = False,
+    watched: bool = False,
+    on_ports: Callable[[int], object] = lambda instance: None,
     progress: Progress = lambda phase, fraction: None,
     report: Callable[[Event], None] = lambda event: None,
 ) -> FlightResult:
@@ -115,8 +128,9 @@ def fly(
     as for preflight.plan; speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W,
     default the planned home of a .plan; log_path: default in a new temporary folder; instance: of the ports, default
     the first that is free; board: as for boards.command, flies in place of the simulator's own firmware, or with
-    `beside` along with it, compared bit by bit; progress(phase, fraction or None) and report(event) are called on the
-    way.
+    `beside` along with it, compared bit by bit; watched: events of kind time bring a Glance ten times a second;
+    on_ports(instance) is called before it flies, for whoever wants to watch; progress(phase, fraction or None) and
+    report(event) are called on the way.
 
     Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
     SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
@@ -151,13 +165,14 @@ def fly(
         core = _shared_core(number) if lockstep and board is None else None
         if core is not None:
             os.sched_setaffinity(sitl.pid, {core})
+        on_ports(number)
         ours, theirs = Pipe()
         descriptors = (theirs.fileno(), *(each.fileno() for each in sockets))
         python = [sys.executable, *_QUIET, "-c", _CREW, *map(str, descriptors)]
         crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
         with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
-            ours.send(Orders(flown, flown_by, options, core))
+            ours.send(Orders(flown, flown_by, options, core, TOLD_PORT + number, watched))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
         debriefing = watch.until_debriefed()
         said = watch.until_simulator_ends()
@@ -198,6 +213,8 @@ def run_ground(
             report(event)
 
     transport = UdpTransport.bind(OFFBOARD_PORT + instance) if serial is None else SerialTransport(serial)
+    told = UdpTransport.bind(0, (LOOPBACK, TOLD_PORT + instance))
+    teller = Teller(told)
     try:
         with PlanningProcess() as planner:
             report(Event("connected", 0.0, f"waiting for an autopilot on {transport.name}"))
@@ -215,8 +232,10 @@ def run_ground(
                     link = Link(transport, GROUND)
                     station = Station(link, vehicle, planner, options, report=tell)
                 station.answer_time()
+                teller.tell(station)
     finally:
         transport.close()
+        told.close()
 
 
 class _Watch:
@@ -276,7 +295,7 @@ class _Watch:
     def _pass_on(self, event: Event) -> None:
         self._t_s, self._heard_s = max(self._t_s, event.t_s), wall_s()
         self._item = self._item if event.item is None else event.item
-        if event.kind != "time":
+        if event.kind != "time" or event.glance:
             self._report(event)
         if event.kind in _PHASES:
             self._progress(_PHASES[event.kind], event.fraction if event.kind in ("flying", "progress") else None)

@@ -1,5 +1,6 @@
 #include "sim/sitl/simulation.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "boards/host/steady_clock.hpp"
@@ -45,6 +46,7 @@ Simulation::Simulation(const Options& options, const VehicleSetup& setup, const 
                              {options.port_gcs, options.peer_gcs},
                              {options.port_companion, options.peer_companion}}}),
       firmware_(firmware_for(options)),
+      orders_(static_cast<std::uint8_t>(setup.params.system_id)),
       model_(setup.plant, options.scenario),
       world_(sim::start(model_, options.seed)) {
   firmware_->start(start_from(options_, setup_));
@@ -130,19 +132,34 @@ Simulation::Ground Simulation::wait_for_ground() {
 LinkInputs Simulation::hear(std::size_t most, std::size_t most_bytes) {
   LinkInputs in;
   in.wall_us = host::wall_us();
-  const auto& received = links_.receive(in.wall_us, most, most_bytes);
-  in.rx = received.data();
-  in.rx_count = received.size();
+  heard_ = links_.receive(in.wall_us, most, most_bytes);
+  obey();
+  in.rx = heard_.data();
+  in.rx_count = heard_.size();
   return in;
+}
+
+/// What is addressed to the world and not to the autopilot; what came by a link that is cut never came.
+void Simulation::obey() {
+  const std::uint64_t t_us = steps_ * kStepUs;
+  for (const link::Datagram& datagram : heard_) {
+    if (orders_.is_cut(datagram.from.link, t_us)) continue;
+    for (const link::TxFrame& answer : orders_.hear(datagram, t_us, model_)) links_.send(answer);
+  }
+  heard_.erase(std::remove_if(heard_.begin(), heard_.end(),
+                              [&](const link::Datagram& each) { return orders_.is_cut(each.from.link, t_us); }),
+               heard_.end());
 }
 
 void Simulation::carry(const LinkOutputs& out, Say when) {
   for (std::size_t i = 0; i < out.tx_count; ++i) {
     const link::TxFrame& frame = out.tx[i];
-    if (when == Say::kNow) {
-      links_.send(frame);
-    } else {
-      held_.push_back(frame);
+    if (!orders_.is_cut(frame.to.link, steps_ * kStepUs)) {
+      if (when == Say::kNow) {
+        links_.send(frame);
+      } else {
+        held_.push_back(frame);
+      }
     }
     if (!log_ || frame.to.link != 0) continue;  // texts go to all links: once is enough
     if (const auto text = said(frame)) log_->say(steps_ * kStepUs, *text);

@@ -15,6 +15,7 @@
 #include "sim/sitl/flight_log.hpp"
 #include "sim/sitl/options.hpp"
 #include "sim/sitl/vehicle_file.hpp"
+#include "sim/sitl/world_orders.hpp"
 #include "sim/world.hpp"
 
 namespace halfroll::sitl {
@@ -40,6 +41,7 @@ class Simulation {
   void step(bool listening);
   Ground wait_for_ground();
   LinkInputs hear(std::size_t most, std::size_t most_bytes);
+  void obey();
   void carry(const LinkOutputs& out, Say when);
   void release();
   void reboot();
@@ -51,8 +53,10 @@ class Simulation {
   const volatile std::sig_atomic_t& stop_;
   host::UdpLinks links_;
   std::vector<link::TxFrame> held_;  // until the barrier
+  std::vector<link::Datagram> heard_;
   std::optional<FlightLog> log_;
   std::unique_ptr<Firmware> firmware_;
+  WorldOrders orders_;
   sim::Model model_;
   sim::World world_;
 

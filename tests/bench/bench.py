@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from link_figures import instruction_figures, upload_figures
+from page_figures import page_figures
 
 from halfroll import _dialect, _firmware, _planner, preflight
 from halfroll.errors import PlanError
@@ -269,6 +270,7 @@ def main() -> None:
         manoeuvre_figures,
         proof_figures,
         weak_rotor_figures,
+        page_figures,
     )
     for part in parts:
         for figure in part():

@@ -274,7 +274,7 @@ def test_a_flight_within_limits_is_exit_code_0_with_log_plan_report_and_picture(
     assert ended.exit_code == 0
     assert "flown within limits" in ended.stdout
     assert {file.name for file in folder.iterdir()} == {"flight.ulg", "report.html", "flight.png", "result.json"}
-    assert circle.saved == [folder / "plan.csv"]
+    assert circle.saved == [folder / "plan.csv", folder / "plan.json"]
     assert str(folder / "report.html") in ended.stdout
 
 

@@ -84,11 +84,16 @@ class Running:
     def _text(self, name: str) -> str:
         return "".join(self._lines[name])
 
+    @property
+    def said(self) -> str:
+        """So far, on both streams."""
+        return self._text("out") + self._text("err")
+
     def until_it_says(self, words: str) -> None:
         """On either stream."""
 
         def said() -> bool:
-            return words in self._text("out") + self._text("err")
+            return words in self.said
 
         until = time.monotonic() + DEADLINE_S
         with self._more:

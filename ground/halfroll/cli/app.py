@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from halfroll.cli import flying, paper, params, planning
+from halfroll.cli import flying, paper, params, planning, viewing
 from halfroll.cli.endings import fail, terminate
 from halfroll.errors import InputError
 
@@ -49,6 +49,7 @@ app.command(add_help_option=False, context_settings={"allow_extra_args": True, "
 )
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(flying.hil)
 app.command()(flying.ground)
+app.command()(viewing.view)
 app.command()(paper.paper)
 app.add_typer(params.params, name="params")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from pathlib import Path
@@ -27,6 +28,7 @@ from halfroll.cli.options import (
     overrides,
     share,
 )
+from halfroll.cli.viewing import page_beside, require_viser
 from halfroll.errors import FlightError, InputError
 
 
@@ -57,6 +59,12 @@ def fly(
     beside: Annotated[
         bool, typer.Option("--board-beside", help="Fly it in the simulator, too, and count the bits that differ.")
     ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Show it on a page while it flies, in real time unless --speed says else.")
+    ] = False,
+    replay: Annotated[
+        bool, typer.Option("--replay", help="Also write DIR/replay.html, which shows the flight in any browser.")
+    ] = False,
     log: Annotated[Path | None, typer.Option(metavar="F.ulg", help="Where the log goes; else into DIR.")] = None,
     report: Annotated[Path | None, typer.Option(metavar="R.html", help="Where the report goes; else into DIR.")] = None,
     out: Annotated[
@@ -67,27 +75,32 @@ def fly(
     """Fly a mission from take-off to landing, and report. Exit code 0: flown within limits."""
     with errors_for_people(as_json):
         from halfroll import console, preflight
+        from halfroll.console_flight import watched_flight
         from halfroll.missions.mission_files import load_mission
-        from halfroll.results.flight_files import FlightFiles
+        from halfroll.results.flight_files import REPLAY, FlightFiles
         from halfroll.scenario import load_scenario
         from halfroll.vehicle import load_vehicle
 
         in_world = load_scenario(scenario)
         flown_by = load_vehicle(vehicle or in_world.vehicle or "mit-vp", overrides(settings))
         wanted = load_mission(mission)
+        if live or replay:
+            require_viser()
         folder = out or Path("flights") / f"{mission.stem}-{flown_by.name}"
         files = FlightFiles(folder, log or folder / "flight.ulg", report or folder / "report.html")
         files.prepare()
         from halfroll.flight import fly as fly_mission
 
-        with console.phases() as said:
+        with contextlib.ExitStack() as stack:
+            beside_page = stack.enter_context(page_beside(flown_by)) if live else None
+            said, report_event = stack.enter_context(watched_flight(f"{mission.name} · {flown_by.name}"))
             flown = fly_mission(
                 wanted,
                 flown_by,
                 scenario=scenario,
                 seed=in_world.seed if seed is None else seed,
                 lockstep=lockstep,
-                speed=speed,
+                speed=1.0 if live and speed is None else speed,
                 limits=limits_kind(limits),
                 margin=share(margin),
                 mode=preflight.planning_mode(mode),
@@ -96,8 +109,16 @@ def fly(
                 log_path=files.log,
                 board=board,
                 beside=beside,
+                watched=sys.stderr.isatty(),
+                on_ports=beside_page or (lambda instance: None),
                 progress=said,
+                report=report_event,
             )
+            if replay:
+                said("replay", None)
+                from halfroll.viewer.notebook import view
+
+                view(flown).save(files.folder / REPLAY)
             said("report", None)
             figures = files.write(flown, mission=mission.name, command=command_line())
         if as_json:

@@ -10,6 +10,7 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Literal
 
@@ -300,3 +301,7 @@ class Mission:
                 waypoint.item is not None and 0 <= waypoint.item < len(self.items),
                 f"waypoint at {waypoint.position} names item {waypoint.item}, which is not in the mission",
             )
+
+    def _repr_html_(self) -> str:
+        """For a notebook."""
+        return str(import_module("halfroll.results.cards").mission_card(self))

@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from importlib import import_module
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
@@ -166,6 +167,10 @@ class Plan:
         rotor, title = self.vehicle.rotor, f"{self.vehicle.name}, mode {self.mode}: {self.T:.3f} s"
         points = np.array([waypoint.position for waypoint in self.waypoints])
         return plan_figure(self.sample(200.0), points, (rotor.thrust_min_N, rotor.thrust_max_N), title)
+
+    def _repr_html_(self) -> str:
+        """For a notebook."""
+        return str(import_module("halfroll.results.cards").plan_card(self))
 
     def save(self, path: str | Path) -> None:
         """Write .npz or .json (both read back bit for bit by `load`), or .csv (1 kHz samples)."""

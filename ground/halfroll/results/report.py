@@ -195,6 +195,14 @@ def _finish(axes: Sequence[Axes], flight: _Flight, colours: Palette) -> None:
 
 
 def save_picture(path: str | Path, plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> None:
+    from matplotlib import rc_context
+
+    with rc_context(style(ON_PAPER)):
+        figure = flight_figure(plan, plan_start_s, log, vehicle)
+        figure.savefig(path, dpi=130, facecolor="white", metadata={"Software": None})
+
+
+def flight_figure(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Figure:
     """One picture of the flight on white: path, error, tilt and the hardest worked rotor."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -209,7 +217,7 @@ def save_picture(path: str | Path, plan: Plan, plan_start_s: float, log: Log, ve
         _draw_tilt(panels[1], flight, colours)
         _draw_all_thrusts(panels[2], flight, colours)
         _finish(panels, flight, colours)
-        figure.savefig(path, dpi=130, facecolor="white", metadata={"Software": None})
+    return figure
 
 
 def _draw_all_thrusts(axes: Axes, flight: _Flight, colours: Palette) -> None:
@@ -232,11 +240,12 @@ def write_report(
     mission: str,
     command: str,
     facts: Mapping[str, str] | None = None,
+    replay: str | None = None,
 ) -> None:
     """One HTML file that needs nothing else: verdict, figures, pictures, and how to fly it again.
 
     mission: how the reader knows it (a file name); command: what to type to repeat the flight; facts: more rows for the
-    last table. Raises OSError if the file cannot be written.
+    last table; replay: where it lies, seen from here. Raises OSError if the file cannot be written.
     """
     flight = _Flight(plan, plan_start_s, log, vehicle)
     made_by = {
@@ -252,6 +261,7 @@ def write_report(
     page = Template(resources.files("halfroll.results").joinpath("report.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(f"{mission} · {vehicle.name}"),
         mission=html.escape(mission),
+        replay="" if replay is None else f'<a href="{html.escape(replay)}">see it fly</a>',
         verdict="Flown within limits" if figures.within_limits else "Out of limits",
         verdict_class="good" if figures.within_limits else "bad",
         tiles="".join(_tile(*tile) for tile in _headlines(figures)),

@@ -16,14 +16,17 @@ from multiprocessing.connection import Connection
 
 from halfroll.errors import HalfrollError, LinkError
 from halfroll.missions.mission import DEFAULT_OPTIONS, Mission, PlanOptions
+from halfroll.station.lookout import EVERY_S as LOOK_EVERY_S
+from halfroll.station.lookout import Lookout
 from halfroll.station.pilot import Pilot
 from halfroll.station.planning import PlanningProcess
 from halfroll.station.record import Event, Record
 from halfroll.station.station import Station
+from halfroll.station.telling import Teller
 from halfroll.vehicle import Vehicle
 from halfroll.wire.link import Link
 from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND, Message
-from halfroll.wire.transport import UdpTransport, wait_for_any, wall_s
+from halfroll.wire.transport import LOOPBACK, Transport, UdpTransport, wait_for_any, wall_s
 
 _POLL_S = 0.02  # how long the planner's outcome may lie unseen
 SILENT_S = 10.0  # wall clock
@@ -32,12 +35,15 @@ _TIME_EVERY_S = 0.2  # wall clock: whoever watches hears where the flight is
 
 @dataclass(frozen=True)
 class Orders:
-    """What to fly; core: of the processor, to stay on while flying."""
+    """What to fly; core: of the processor, to stay on while flying; told_port: of whoever watches; watched: a person
+    sees how it goes, and wants to know what the rotors do."""
 
     mission: Mission
     vehicle: Vehicle
     options: PlanOptions = DEFAULT_OPTIONS
     core: int | None = None
+    told_port: int | None = None
+    watched: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,9 +92,12 @@ def fly_mission(
     gcs: UdpTransport,
     report: Callable[[Event], None] = lambda _: None,
     watch: Callable[[], None] = lambda: None,
+    told: Transport | None = None,
 ) -> Debriefing:
-    """One mission from upload to shutdown of the vehicle. Raises what ended it."""
-    offboard_link, gcs_link = Link(offboard, GROUND), Link(gcs, GCS, GCS_SYSTEM)
+    """One mission from upload to shutdown of the vehicle; told: where whoever watches hears of it. Raises what ended
+    it."""
+    offboard_link = Link(offboard, GROUND)
+    gcs_link = Link(gcs, GCS, GCS_SYSTEM, also=("ACTUATOR_OUTPUT_STATUS",) if orders.watched else ())
     with PlanningProcess() as planner:
         if orders.core is not None:  # the planner has begun, and goes where it likes
             os.sched_setaffinity(0, {orders.core})
@@ -102,14 +111,19 @@ def fly_mission(
             report=report,
         )
         pilot = Pilot(gcs_link, orders.mission, lambda: station.outcome is not None, lambda: station.plan_error, report)
+        lookout = Lookout(station, pilot, gcs_link, len(orders.mission.items))
+        teller = None if told is None else Teller(told)
         told_s = wall_s()
 
         def look_around() -> None:
             nonlocal told_s
-            if wall_s() - told_s > _TIME_EVERY_S:
+            if teller:
+                teller.tell(station)
+            if wall_s() - told_s > (LOOK_EVERY_S if orders.watched else _TIME_EVERY_S):
                 told_s = wall_s()
                 watch()
-                report(Event("time", offboard_link.t_us * 1e-6, "", item=pilot.item))
+                glance = lookout.glance() if orders.watched else None
+                report(Event("time", offboard_link.t_us * 1e-6, "", item=pilot.item, glance=glance))
 
         fly_together(station, pilot, ((offboard_link, offboard), (gcs_link, gcs)), look_around)
     record = station.following.record if station.following else None
@@ -132,8 +146,9 @@ def main() -> None:
                 os._exit(1)
 
         ours, pilots = (UdpTransport(socket.socket(fileno=descriptor)) for descriptor in (offboard, gcs))
+        told = None if orders.told_port is None else UdpTransport.bind(0, (LOOPBACK, orders.told_port))
         try:
-            connection.send(fly_mission(orders, ours, pilots, connection.send, watch))
+            connection.send(fly_mission(orders, ours, pilots, connection.send, watch, told))
         except HalfrollError as error:
             connection.send(error)
         except ConnectionError:

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from halfroll.station import references
 from halfroll.station.planning import Planned
@@ -28,6 +29,7 @@ SETTLES_WITHIN_S = 10.0  # after the approach, or the autopilot flies the missio
 ERROR_LIMIT_M, ERROR_LIMIT_S = 1.0, 0.1  # farther from the plan for longer: this is not the flight that was planned
 _PROGRESS_EVERY_S = 0.1
 
+Array = NDArray[np.float64]
 Converse = Callable[[Conversation[Any], Callable[[Any], None]], None]
 
 
@@ -66,6 +68,7 @@ class Following:
         self._path, self._path_start_us = references.approach(here, self._start.position, self._start.yaw), here.t_us
         self._due, self._told_s = 0, -_PROGRESS_EVERY_S
         self._items = list(current)  # what may be current, in order: those reported from here are added
+        self._sent: tuple[int, NDArray[np.float32]] | None = None  # the last one's vehicle time and attitude
         self._near_us = here.t_us  # when it was last within ERROR_LIMIT_M of the plan
         self._tell("approach", "taking over from the autopilot")
         loop.begin(here)
@@ -74,6 +77,14 @@ class Following:
     @property
     def done(self) -> bool:
         return self.stage is Stage.DONE
+
+    @property
+    def sent(self) -> tuple[int, Array, NDArray[np.float32]] | None:
+        """Of the last reference: vehicle time [us], position (3,) and attitude (4,)."""
+        if self._sent is None:
+            return None
+        t_us, q_WD = self._sent
+        return t_us, self._path.at((t_us - self._path_start_us) * 1e-6)[0, :3], q_WD
 
     def tick(self, here: Telemetry) -> None:
         """Every 10 ms of vehicle time: exactly one reference."""
@@ -88,6 +99,7 @@ class Following:
         setpoint = self._references.setpoint(self._path, self._path_start_us, here)
         thrust_fraction = setpoint.thrust / self._thrust_reference
         self._link.send(self._link.attitude_target(here.t_us, setpoint.q_WD, setpoint.w_WD_D, thrust_fraction))
+        self._sent = here.t_us, setpoint.q_WD
         self.record.sent_s.append(here.t_us * 1e-6)
         self.record.sent_wall_s.append(self._clock())
 

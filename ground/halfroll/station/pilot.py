@@ -47,7 +47,9 @@ class Pilot:
         self._link, self._mission, self._may_start, self._plan_error = link, mission, may_start, plan_error
         self._report, self._clock = report, clock
         self._heartbeat_s = -math.inf
-        self._armed: bool | None = None
+        self.armed: bool | None = None
+        self.mode = 0
+        self.rotors: tuple[float, ...] | None = None  # (4,) signed shares of the largest thrust, if they are sent
         self._current: wire.MissionCurrent | None = None
         self.texts: list[str] = []
         self._talk: Talk[None] = Talk(link, self._flight(), clock)
@@ -67,7 +69,9 @@ class Pilot:
 
     def hear(self, message: Message) -> None:
         if isinstance(message, wire.Heartbeat):
-            self._armed = message.armed
+            self.armed, self.mode = message.armed, message.mode
+        elif isinstance(message, wire.RotorThrusts):
+            self.rotors = tuple(message.fractions.tolist())
         elif isinstance(message, wire.MissionCurrent):
             self._current = message
         elif isinstance(message, wire.StatusText):
@@ -119,13 +123,13 @@ class Pilot:
 
     def _watch(self) -> Conversation[None]:
         """Until it has landed and disarmed itself."""
-        yield Wait(lambda _: bool(self._armed))
+        yield Wait(lambda _: bool(self.armed))
         first, began_us = self.item, self._link.t_us
-        yield Wait(lambda _: not self._armed or self.item != first or self._is_overdue(began_us, TAKEOFF_PATIENCE_S))
-        if self._armed and self.item == first:
+        yield Wait(lambda _: not self.armed or self.item != first or self._is_overdue(began_us, TAKEOFF_PATIENCE_S))
+        if self.armed and self.item == first:
             raise self._overdue("did not take off", TAKEOFF_PATIENCE_S)
-        yield Wait(lambda _: not self._armed or self._is_overdue(began_us, FLIGHT_PATIENCE_S))
-        if self._armed:
+        yield Wait(lambda _: not self.armed or self._is_overdue(began_us, FLIGHT_PATIENCE_S))
+        if self.armed:
             raise self._overdue("did not land", FLIGHT_PATIENCE_S)
         yield Wait(lambda m: isinstance(m, wire.MissionCurrent))
         if self._current is None or self._current.state != wire.COMPLETE:

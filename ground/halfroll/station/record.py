@@ -13,12 +13,27 @@ from halfroll.station.planning import Planned
 
 
 @dataclass(frozen=True)
+class Glance:
+    """A flight at one look. rotors: (4,) signed shares of the largest thrust; link_rate_Hz of wall clock."""
+
+    mode: str
+    armed: bool
+    item: int | None
+    items: int
+    speed_m_s: float
+    error_m: float | None  # from the plan, while it is flown
+    rotors: tuple[float, ...] | None
+    link_rate_Hz: float
+    vehicle_rate: float  # seconds of vehicle time in one of wall clock
+
+
+@dataclass(frozen=True)
 class Event:
     """Something a person watching would like to know.
 
     kind: connected, mission, planning, plan-progress, planned, plan-failed, late, upload, uploaded, armed, approach,
     flying, progress, item, left, handed-back, released, text (STATUSTEXT of the autopilot), landed, time.
-    t_s: vehicle time; fraction: of the planned part; item: its sequence number.
+    t_s: vehicle time; fraction: of the planned part; item: its sequence number; glance: with time, where the flight is.
     """
 
     kind: str
@@ -26,6 +41,7 @@ class Event:
     text: str
     fraction: float | None = None
     item: int | None = None
+    glance: Glance | None = None
 
 
 @dataclass

@@ -115,6 +115,11 @@ class Station:
         return self._barrier.active
 
     @property
+    def here(self) -> Telemetry | None:
+        """Where the vehicle is, as last heard."""
+        return self._here
+
+    @property
     def planned(self) -> Planned | None:
         return self.outcome if isinstance(self.outcome, Planned) else None
 

@@ -17,6 +17,7 @@ from halfroll.missions.mission_items import command_name
 from halfroll.wire.link import Link
 from halfroll.wire.messages import (
     ACCEPTED,
+    AUTOPILOT,
     CommandAck,
     ItemRequest,
     ItemSent,
@@ -138,9 +139,10 @@ class Talk(Generic[T]):
         self._tries, self._sent_s = self._tries + 1, self._clock()
 
 
-def command(link: Link, number: int, *params: float, what: str) -> Conversation[int]:
+def command(link: Link, number: int, *params: float, what: str, component: int = AUTOPILOT) -> Conversation[int]:
     """The MAV_RESULT of a command."""
-    ack = yield Ask(link.command(number, *params), lambda m: isinstance(m, CommandAck) and m.command == number, what)
+    frame = link.command(number, *params, component=component)
+    ack = yield Ask(frame, lambda m: isinstance(m, CommandAck) and m.command == number, what)
     return int(ack.result)
 
 

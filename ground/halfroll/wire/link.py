@@ -10,12 +10,13 @@ import contextlib
 import importlib
 import struct
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from halfroll.body_axes import turned
 from halfroll.missions.geodesy import GeoPoint
 from halfroll.missions.mission import MissionItem
 from halfroll.wire.frames import degrees_from_wire, from_wire, to_wire
@@ -24,6 +25,8 @@ from halfroll.wire.messages import (
     AUTOPILOT,
     GROUND,
     INFO,
+    WORLD,
+    AttitudeWanted,
     CommandAck,
     Health,
     Heartbeat,
@@ -38,6 +41,7 @@ from halfroll.wire.messages import (
     Origin,
     ParamError,
     ParamValue,
+    RotorThrusts,
     StatusText,
     Telemetry,
     TimeReply,
@@ -56,6 +60,7 @@ _HALVES, _HALVES_KEPT = ("ATTITUDE_QUATERNION", "LOCAL_POSITION_NED"), 8  # of t
 _ROUND_TRIPS_KEPT = 15
 _NEWEST_COUNTS = {"HEARTBEAT", "MISSION_CURRENT"}  # what they say is over when newer ones have come
 _PASSED_BY = 32  # frames at most; farther back in the sequence is another sequence
+_OTHERS_HEARD = {(GROUND, "STATUSTEXT"), (WORLD, "COMMAND_ACK")}
 _MAGIC, _HEADER, _CHECKSUM = 0xFD, 10, 2  # of a MAVLink 2 frame
 
 
@@ -94,6 +99,21 @@ _DECODE: dict[str, Callable[[Any], Message]] = {
     "HOME_POSITION": lambda m: Home(_place(m), _local_position(m)),
     "SYS_STATUS": lambda m: Health(bool(m.onboard_control_sensors_health & _PREARM_CHECK)),
 }
+
+# Read only by a link that asks for it: a ground station has no use for what costs it time.
+ON_REQUEST: dict[str, Callable[[Any], Message]] = {
+    "ACTUATOR_OUTPUT_STATUS": lambda m: RotorThrusts(np.array(m.actuator[:4], dtype=np.float64)),
+    "ATTITUDE_TARGET": lambda m: AttitudeWanted(from_wire(m.q)),
+    "ODOMETRY": lambda m: _odometry(m),
+}
+
+
+def _odometry(m: Any) -> Telemetry:
+    """One message has all of a sample, the velocity in B."""
+    q_WB = from_wire(m.q)
+    v_WB = turned(q_WB, from_wire((m.vx, m.vy, m.vz)))
+    w_WB_B, p_WB = from_wire((m.rollspeed, m.pitchspeed, m.yawspeed)), from_wire((m.x, m.y, m.z))
+    return Telemetry(m.time_usec, q_WB, w_WB_B, p_WB, v_WB)
 
 
 def _offset_of_time(kind: Any) -> int | None:
@@ -144,12 +164,17 @@ def _is_sound(frame: bytes, seed: int) -> bool:
 class Link:
     """One end of a MAVLink 2 connection to one autopilot, which is the first one heard.
 
-    system: own system id; None takes the autopilot's (a component of the same vehicle). Nothing is sent before the
-    autopilot was heard, for until then there is nobody to address.
+    system: own system id; None takes the autopilot's (a component of the same vehicle); also: names of ON_REQUEST that
+    are read, too. Nothing is sent before the autopilot was heard, for until then there is nobody to address.
     """
 
-    def __init__(self, transport: Transport, component: int, system: int | None = None) -> None:
+    def __init__(
+        self, transport: Transport, component: int, system: int | None = None, also: Sequence[str] = ()
+    ) -> None:
         self._transport = transport
+        self._decode = {**_DECODE, **{name: ON_REQUEST[name] for name in also}}
+        read = {number for number, kind in dialect.mavlink_map.items() if kind.msgname in also}
+        self._only_time = {number: known for number, known in _ONLY_TIME.items() if number not in read}
         self._own_system = system
         self._codec = dialect.MAVLink(None, srcSystem=system or 0, srcComponent=component)
         self._codec.robust_parsing = True
@@ -179,8 +204,8 @@ class Link:
             return
         for frame in frames:
             number = frame[7] | frame[8] << 8 | frame[9] << 16
-            if number in _ONLY_TIME:
-                self._read_time(frame, *_ONLY_TIME[number])
+            if number in self._only_time:
+                self._read_time(frame, *self._only_time[number])
             elif number in _EVERY_TICK:
                 kind, seed, layout = _EVERY_TICK[number]
                 if _is_sound(frame, seed):
@@ -210,14 +235,14 @@ class Link:
             self.address(frame.get_srcSystem())
         if frame.get_srcSystem() != self.vehicle_system:
             return None
-        if component != AUTOPILOT and not (component == GROUND and kind == "STATUSTEXT"):
+        if component != AUTOPILOT and (component, kind) not in _OTHERS_HEARD:
             return None
         self.t_us = 1000 * getattr(frame, "time_boot_ms", self.t_us // 1000)
         if kind in _HALVES:
             return self._telemetry(kind, frame)
         if component == AUTOPILOT and self._is_old(frame.get_seq()) and kind in _NEWEST_COUNTS:
             return None
-        decode = _DECODE.get(kind)
+        decode = self._decode.get(kind)
         return decode(frame) if decode else None
 
     def _is_old(self, seq: int) -> bool:
@@ -281,10 +306,10 @@ class Link:
             t_ms, *self._target, all_used, q.tolist(), *rates.tolist(), thrust
         )
 
-    def command(self, number: int, *params: float) -> Any:
+    def command(self, number: int, *params: float, component: int = AUTOPILOT) -> Any:
         """COMMAND_LONG; parameters not given are 0."""
         filled = (*params, *([0.0] * (7 - len(params))))
-        return self._codec.command_long_encode(*self._target, number, 0, *filled)
+        return self._codec.command_long_encode(self._target[0], component, number, 0, *filled)
 
     def param_read(self, name: str) -> Any:
         return self._codec.param_request_read_encode(*self._target, name.encode(), -1)

@@ -15,7 +15,7 @@ from halfroll.missions.mission import MissionItem
 
 Array = NDArray[np.float64]
 
-AUTOPILOT, GROUND, GCS = 1, 191, 190  # component ids
+AUTOPILOT, GROUND, GCS, VIEWER, WORLD = 1, 191, 190, 192, 25  # component ids; the world only where it is simulated
 GCS_SYSTEM = 255
 
 # custom_mode = main << 16 | sub << 24
@@ -139,6 +139,20 @@ class Health:
     may_arm: bool
 
 
+@dataclass(frozen=True)
+class RotorThrusts:
+    """(4,) commands of the rotors, signed shares of the largest thrust."""
+
+    fractions: Array
+
+
+@dataclass(frozen=True)
+class AttitudeWanted:
+    """What the autopilot makes the vehicle follow, whoever asked for it."""
+
+    q_WD: Array  # (4,)
+
+
 Message = (
     Heartbeat
     | Telemetry
@@ -157,4 +171,6 @@ Message = (
     | Origin
     | Home
     | Health
+    | RotorThrusts
+    | AttitudeWanted
 )

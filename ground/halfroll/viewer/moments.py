@@ -1,0 +1,197 @@
+"""What a viewer shows: what stands still (`Setting`), one instant of a flight (`Moment`), and many of them in order.
+
+Why: live, logged and planned flights look alike, so whatever draws them knows these values and no source of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from halfroll.planner.plan import Plan
+    from halfroll.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+AT_LIMIT = 0.995  # share of a limit from which a rotor counts as saturated
+_PATH_POINTS = 600
+_SMALLEST_EXTENT_M, _ARM_OF_EXTENT = 2.0, 0.035  # drawn no smaller than that share of the scene
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A waypoint; with an attitude, a window that is flown through in it. position (3,) in W, q_WB (4,)."""
+
+    position: Array
+    q_WB: Array | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What does not move. path: (N, 3) of the reference in W, N = 0 where none is known."""
+
+    title: str
+    thrust_N: tuple[float, float]  # least and largest of a rotor
+    arm_m: float
+    path: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    gates: tuple[Gate, ...] = ()
+
+    @property
+    def corners(self) -> tuple[Array, Array]:
+        """(3,), (3,): the box around everything that stands still, and the origin."""
+        points = np.vstack([np.zeros((1, 3)), self.path, *(gate.position[None] for gate in self.gates)])
+        return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def magnification(self) -> float:
+        """How many times its size the vehicle is drawn, so that it is seen from where the whole path is."""
+        low, high = self.corners
+        extent = max(float((high - low).max()), _SMALLEST_EXTENT_M)
+        return max(1.0, _ARM_OF_EXTENT * extent / self.arm_m)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One instant. Vectors (3,) in W, body rate in B, quaternions (4,), rotor thrust (4,) [N]; SI and radians.
+
+    What is not known is None; link figures are of the viewer's own link.
+    """
+
+    t_s: float
+    p_WB: Array
+    q_WB: Array
+    v_WB: Array
+    w_WB_B: Array
+    rotor_N: Array | None = None
+    reference_p: Array | None = None
+    reference_q: Array | None = None
+    mode: str = ""
+    armed: bool = False
+    item: int | None = None
+    items: int | None = None
+    warning: str = ""  # a failsafe that acts, in words
+    link_rate_Hz: float | None = None
+    link_age_s: float | None = None
+
+    @property
+    def speed(self) -> float:
+        return float(np.linalg.norm(self.v_WB))
+
+    @property
+    def error_m(self) -> float | None:
+        """From the reference; None without one."""
+        return None if self.reference_p is None else float(np.linalg.norm(self.p_WB - self.reference_p))
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A whole flight, or a plan as if it were flown: moments at rising times."""
+
+    setting: Setting
+    moments: Sequence[Moment]
+    times: Array  # (N,) of the moments
+
+    @classmethod
+    def of(cls, setting: Setting, moments: Sequence[Moment]) -> Recording:
+        return cls(setting, moments, np.array([moment.t_s for moment in moments], dtype=np.float64))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        return float(self.times[0]), float(self.times[-1])
+
+    def at(self, t_s: float) -> Moment:
+        """The last moment not after t_s; the first before all of them."""
+        return self.moments[max(int(np.searchsorted(self.times, t_s + 1e-9, side="right")) - 1, 0)]
+
+    def window(self, t_s: float, length_s: float, count: int) -> Sequence[Moment]:
+        """At most `count` moments of the last length_s before t_s, in order."""
+        first, last = np.searchsorted(self.times, [t_s - length_s, t_s + 1e-9], side="left")
+        chosen = range(int(first), max(int(last), int(first) + 1), max(1, -(-(int(last) - int(first)) // count)))
+        return [self.moments[min(i, len(self.moments) - 1)] for i in chosen]
+
+    def thinned(self, rate_Hz: float) -> Recording:
+        """At most so many moments a second, the last one kept."""
+        due = np.arange(self.times[0], self.times[-1], 1.0 / rate_Hz)
+        rows = np.unique(np.append(np.searchsorted(self.times, due - 1e-9), len(self.times) - 1))
+        return Recording(self.setting, [self.moments[int(row)] for row in rows], self.times[rows])
+
+
+def setting_of(vehicle: Vehicle, plan: Plan | None, title: str) -> Setting:
+    thrust_N = (vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N)
+    if plan is None:
+        return Setting(title, thrust_N, vehicle.arm_m)
+    t = np.linspace(0.0, plan.T, _PATH_POINTS)
+    gates = tuple(
+        Gate(np.array(point.position), None if point.q_WB is None else np.array(point.q_WB)) for point in plan.waypoints
+    )
+    return Setting(title, thrust_N, vehicle.arm_m, np.asarray(plan.at(t).position, dtype=np.float64), gates)
+
+
+def planned(plan: Plan, title: str, rate_Hz: float = 100.0) -> Recording:
+    """The plan as if it were flown without error."""
+    columns = plan.sample(rate_Hz)
+
+    def vectors(*names: str) -> Array:
+        return np.stack([columns[name] for name in names], axis=1)
+
+    t, p, q = columns["t_s"], vectors("x_m", "y_m", "z_m"), vectors("q_w", "q_x", "q_y", "q_z")
+    v, f = vectors("vx_m_s", "vy_m_s", "vz_m_s"), vectors("f1_N", "f2_N", "f3_N", "f4_N")
+    w = plan.rates(t)
+    passed = np.searchsorted(np.asarray(plan.times_s), t, side="right")
+    last = len(plan.waypoints)
+    moments = [
+        Moment(
+            float(t[i]),
+            p[i],
+            q[i],
+            v[i],
+            w[i],
+            rotor_N=f[i],
+            reference_p=p[i],
+            reference_q=q[i],
+            mode="PLAN",
+            armed=True,
+            item=min(int(passed[i]) + 1, last),
+            items=last,
+        )
+        for i in range(len(t))
+    ]
+    return Recording.of(setting_of(plan.vehicle, plan, title), moments)
+
+
+def with_reference(recording: Recording, plan: Plan, plan_start_s: float) -> Recording:
+    """The flight beside its plan, which began at plan_start_s; before and after, the plan's ends are the reference
+    of nobody."""
+    inside = (recording.times >= plan_start_s) & (recording.times <= plan_start_s + plan.T)
+    p = np.asarray(plan.at(np.clip(recording.times - plan_start_s, 0.0, plan.T)).position, dtype=np.float64)
+    passed = np.searchsorted(np.asarray(plan.times_s), recording.times - plan_start_s, side="right")
+    moments = [
+        replace(moment, reference_p=p[i], item=min(int(passed[i]) + 1, len(plan.waypoints)), items=len(plan.waypoints))
+        if inside[i]
+        else moment
+        for i, moment in enumerate(recording.moments)
+    ]
+    path, gates = setting_of(plan.vehicle, plan, "").path, setting_of(plan.vehicle, plan, "").gates
+    return Recording(replace(recording.setting, path=path, gates=gates), moments, recording.times)
+
+
+def roll_pitch_heading_deg(q_WB: Array) -> tuple[float, float, float]:
+    """As aviation and every ground control station count: right wing down, nose up, clockwise from north."""
+    w, x, y, z = q_WB
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return math.degrees(roll), -math.degrees(pitch), math.degrees(-yaw) % 360.0
+
+
+def saturated(rotor_N: Array, thrust_N: tuple[float, float]) -> NDArray[np.bool_]:
+    """(4,) which rotors are at a limit. rotor_N (4,)"""
+    low, high = thrust_N
+    edge = (1.0 - AT_LIMIT) * high
+    return np.asarray((rotor_N <= low + edge) | (rotor_N >= high - edge))

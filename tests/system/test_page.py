@@ -1,0 +1,189 @@
+"""The page in a browser, beside flights of the real programs: what a person sees, clicks and is spared."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from system.processes import EXAMPLES, HALFROLL, MISSIONS, Running, halfroll
+
+pytestmark = pytest.mark.long
+
+PICTURES = Path(__file__).parents[2] / "build" / "pictures"
+CHROMIUM = "/usr/bin/chromium"  # Debian's; `make` installs it for these tests
+SOFTWARE_RENDERING = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
+LAPTOP, PHONE = {"width": 1280, "height": 720}, {"width": 844, "height": 390}
+PATIENCE_S = 240.0  # rendering in software on a busy machine; nothing is judged by how long it took
+COLOURED_PIXELS = """canvas => {
+  const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data
+  let count = 0
+  for (let i = 0; i < pixels.length; i += 4)
+    if (pixels[i + 3] > 0 && Math.max(...pixels.slice(i, i + 3)) - Math.min(...pixels.slice(i, i + 3)) > 60) count++
+  return count
+}"""
+
+
+class Seen:
+    """A page, and every address that it or anything in it has asked for."""
+
+    def __init__(self, browser: Browser, url: str, size: dict[str, int] = LAPTOP) -> None:
+        self.page: Page = browser.new_page(viewport=size)  # type: ignore[arg-type]
+        self.page.set_default_timeout(1e3 * PATIENCE_S)
+        self.addresses: list[str] = []
+        self.page.on("request", lambda request: self.addresses.append(request.url))
+        self.page.on("websocket", lambda socket: self.addresses.append(socket.url))
+        self.page.goto(url)
+
+    def figure(self, name: str) -> str:
+        """A row of the status table, empty while there is none."""
+        cell = self.page.locator(f"#halfroll-{name}")
+        return cell.inner_text() if cell.count() else ""
+
+    def number(self, name: str) -> float:
+        found = re.search(r"-?\d+\.?\d*", self.figure(name))
+        return float(found[0]) if found else float("nan")
+
+    def until(self, holds: Callable[[], bool], what: str) -> None:
+        end = time.monotonic() + PATIENCE_S
+        while not holds():
+            assert time.monotonic() < end, f"never {what}: {self.page.inner_text('body')}"
+            self.page.wait_for_timeout(100)
+
+    def scene(self) -> bytes:
+        """A picture of the space between the panels."""
+        box = self.page.locator("canvas").first.bounding_box()
+        assert box is not None
+        middle = {"x": box["width"] * 0.35, "y": box["height"] * 0.3, "width": box["width"] * 0.35, "height": 300}
+        return self.page.screenshot(clip=middle)  # type: ignore[arg-type]
+
+    def picture(self, name: str) -> None:
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        self.page.screenshot(path=PICTURES / f"{name}.png")
+
+    def drawn_panels(self) -> int:
+        """Panels with a line in them."""
+        canvases = self.page.locator(".uplot canvas")
+        return sum(canvases.nth(i).evaluate(COLOURED_PIXELS) > 50 for i in range(canvases.count()))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=CHROMIUM, args=list(SOFTWARE_RENDERING))
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a flight that turns over."""
+    folder = tmp_path_factory.mktemp("flown") / "flight"
+    ended = halfroll("fly", EXAMPLES / "aerobatics.toml", "--replay", "--out", folder)
+    assert ended.code == 0, ended.err
+    return folder
+
+
+def url_of(running: Running) -> str:
+    running.until_it_says("page: http")
+    found = re.search(r"page: (http://\S+)", running.said)
+    assert found
+    return found[1]
+
+
+def only_from(url: str, addresses: list[str]) -> bool:
+    host = url.split("//")[1]
+    mine = (f"http://{host}", f"ws://{host}", "blob:", "data:", "file:///")
+    return bool(addresses) and all(address.startswith(mine) for address in addresses)
+
+
+def test_a_flight_is_seen_while_it_flies_and_a_click_on_hold_stops_it(browser: Browser, tmp_path: Path) -> None:
+    mission = EXAMPLES / "first_flight.plan"
+    with Running(HALFROLL, "fly", mission, "--live", "--real-time", "--out", tmp_path / "f") as flight:
+        url = url_of(flight)
+        seen = Seen(browser, url)
+        seen.until(lambda: seen.number("speed") > 1.0, "in the air")
+        place, clock, before = seen.figure("position"), seen.number("time"), seen.scene()
+        seen.until(lambda: seen.figure("position") != place and seen.number("time") > clock, "moving")
+        seen.until(lambda: seen.scene() != before, "drawn elsewhere")
+        seen.until(lambda: seen.drawn_panels() >= 5, "drawn in five panels")
+        seen.until(lambda: seen.figure("mode") == "OFFBOARD" and seen.figure("error") != "–", "beside its reference")
+        seen.picture("live")
+        seen.page.get_by_role("button", name="Hold").click()
+        seen.until(lambda: seen.figure("mode") == "HOLD", "in HOLD")
+        seen.until(lambda: seen.number("speed") < 0.2, "at rest")
+        seen.picture("live_hold")
+        assert only_from(url, seen.addresses), seen.addresses
+        seen.page.close()
+
+
+def test_gust_and_cut_reach_the_simulated_world(browser: Browser) -> None:
+    with (
+        Running(HALFROLL, "sitl", "--instance", "7") as sitl,
+        Running(HALFROLL, "view", "live", "--instance", "7") as page,
+    ):
+        sitl.until_it_says("ready")
+        seen = Seen(browser, url_of(page))
+        seen.until(lambda: seen.figure("mode") == "HOLD, disarmed", "connected")
+        for name, answer in (("Wind gust", "gust: done"), ("Cut the link", "cut: done")):
+            seen.page.get_by_role("button", name=name).click()
+            seen.page.get_by_text(answer).wait_for()
+        seen.page.close()
+
+
+def test_a_log_is_sought_played_followed_and_seen_in_the_dark(browser: Browser, flown: Path) -> None:
+    with Running(HALFROLL, "view", flown) as shown:
+        url = url_of(shown)
+        seen = Seen(browser, url)
+        seen.until(lambda: seen.figure("mode") != "", "shown")
+        clock = seen.number("time")
+        seen.until(lambda: seen.number("time") > clock, "playing")
+        seen.page.get_by_label("Play").uncheck()
+        slider = seen.page.get_by_role("slider").first
+        slider.focus()
+        seen.page.keyboard.press("Home")
+        seen.until(lambda: seen.number("speed") < 0.01, "at its beginning")
+        start, before = seen.number("time"), seen.scene()
+        seen.page.keyboard.press("End")
+        seen.until(lambda: seen.number("time") > start + 20.0, "at its end")
+        for _ in range(900):
+            seen.page.keyboard.press("ArrowLeft")
+        seen.until(lambda: seen.figure("mode") == "OFFBOARD", "in the middle")
+        seen.until(lambda: seen.scene() != before, "drawn elsewhere")
+        seen.until(lambda: seen.drawn_panels() >= 4, "drawn in four panels")
+        seen.picture("log")
+        seen.page.get_by_label("Follow").check()
+        seen.page.get_by_label("Dark").check()
+        seen.page.wait_for_timeout(3000)
+        seen.page.keyboard.press("ArrowLeft")
+        seen.page.wait_for_timeout(3000)
+        seen.picture("log_dark_follow")
+        assert only_from(url, seen.addresses), seen.addresses
+        seen.page.set_viewport_size(PHONE)  # type: ignore[arg-type]
+        seen.page.wait_for_timeout(3000)
+        seen.picture("phone")
+        seen.page.close()
+
+
+def test_a_replay_opens_from_the_disk_plays_and_asks_nobody(browser: Browser, flown: Path) -> None:
+    replay = flown / "replay.html"
+    assert 'href="replay.html"' in (flown / "report.html").read_text()
+    seen = Seen(browser, replay.as_uri())
+    seen.page.locator("canvas").first.wait_for()
+    seen.page.wait_for_timeout(4000)
+    before = seen.scene()
+    seen.until(lambda: seen.scene() != before, "moving")
+    seen.picture("replay")
+    assert only_from("http://nobody", seen.addresses), seen.addresses
+    seen.page.close()
+
+
+def test_a_mission_is_seen_before_it_flies(browser: Browser) -> None:
+    with Running(HALFROLL, "view", MISSIONS / "box.plan") as shown:
+        seen = Seen(browser, url_of(shown))
+        seen.until(lambda: seen.figure("mode") == "PLAN", "shown")
+        seen.page.close()
