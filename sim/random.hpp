@@ -28,6 +28,8 @@ enum class Stream : std::uint32_t {
   kGpsWander = 15,
   kBarometer = 16,
   kMagnetometer = 17,
+  kReferenceLink = 18,
+  kTelemetryLink = 19,
 };
 
 using Words = std::array<std::uint32_t, 4>;

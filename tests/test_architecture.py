@@ -23,10 +23,10 @@ DOCUMENT = (ROOT / "docs" / "architecture.md").read_text()
 GENERATED_HEADERS = "development/mavlink.h"
 ONLY_USER = {  # package: the modules that may import it, as in the table of layers
     "pymavlink": "wire/link",
-    "matplotlib": "drawing, results/report",
+    "matplotlib": "drawing, results/report, campaign/page",
     "pyulog": "results/log",
     "typer": "cli/*",
-    "rich": "console, console_flight",
+    "rich": "console, console_flight, campaign_console",
     "viser": "viewer/server",
 }
 AXES_OF_THE_WIRE = {

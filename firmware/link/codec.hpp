@@ -71,6 +71,9 @@ TxFrame encode(const Timesync&, Envelope);
 TxFrame encode(const Ping&, Envelope);
 TxFrame encode(const FileTransfer&, Envelope);
 
+/// What the ground station sends to the vehicle of the same system (codec_ground.cpp).
+TxFrame encode_from_ground(const SetAttitudeTarget&, Envelope);
+
 /// Announces a signature and leaves 13 bytes for it (signing.hpp).
 void make_room_for_signature(TxFrame& frame);
 

@@ -24,6 +24,7 @@ void bind_contract(py::module_& m);
 void bind_core(py::module_& m);
 void bind_estimator(py::module_& m);
 void bind_flight(py::module_& m);
+void bind_stream(py::module_& m);
 void bind_world(py::module_& m);
 
 }  // namespace halfroll::bindings

@@ -6,6 +6,7 @@ PYBIND11_MODULE(_firmware, m) {
   halfroll::bindings::bind_estimator(m);
   halfroll::bindings::bind_world(m);
   halfroll::bindings::bind_flight(m);
+  halfroll::bindings::bind_stream(m);
   halfroll::bindings::bind_board(m);
   halfroll::bindings::bind_contract(m);
 }

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Aiding', 'Autopilot', 'Estimate', 'Estimator', 'FlatReference', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Plant', 'PoseFix', 'RotorKind', 'Scenario', 'Setpoint', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'failsafe_table', 'free_rotation', 'mission_item_table', 'mode_rule_table', 'mode_table', 'multiply', 'parameter_table', 'rotate', 'scenario_setup', 'serve_board', 'stream_table', 'understands', 'vehicle_setup']
+__all__: list[str] = ['Aiding', 'Autopilot', 'Ending', 'Estimate', 'Estimator', 'FlatReference', 'Leads', 'OuterLoop', 'Outputs', 'ParamInfo', 'Params', 'Path', 'Plant', 'PoseFix', 'References', 'RotorKind', 'Scenario', 'Setpoint', 'Sortie', 'Vehicle', 'VehicleSetup', 'World', 'allocate', 'attitude_wrench', 'conjugate', 'failsafe_table', 'free_rotation', 'mission_item_table', 'mode_rule_table', 'mode_table', 'multiply', 'nose_led', 'parameter_table', 'rotate', 'scenario_setup', 'serve_board', 'stream_table', 'understands', 'vehicle_setup']
 class RotorKind:
     """
     Members:
@@ -556,6 +556,214 @@ class Autopilot:
     @property
     def t_us(self) -> int:
         ...
+class Path:
+    """
+    A path as a table over its own time, 1 ms apart; before its start and after its end it is at rest. derivatives (N, 5, 4): position to snap of x, y, z [m] in W and yaw [rad]; rates (N, 3): body rates [rad/s] that its exact inverse dynamics need, body components; sigma_events: when the thrust turns over, upright before the first; leads_nose: feedback turns its attitude the shortest way, but not in its turns (begin, end) nor upside down.
+    """
+    def __getstate__(self) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], list[float], bool, list[tuple[float, float]]]:
+        ...
+    def __init__(self, derivatives: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], rates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], sigma_events: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], leads_nose: bool = False, turns: collections.abc.Sequence[tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]] = []) -> None:
+        ...
+    def __setstate__(self, arg0: tuple) -> None:
+        ...
+    def at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[5, 4]"]:
+        """
+        (5, 4), linear between table rows.
+        """
+    def is_near_sigma_event(self, t: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+        ...
+    def leads_nose_at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+        ...
+    def rate_at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    def rate_change_at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    def sigma_at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        ...
+    @property
+    def derivatives(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def duration(self) -> float:
+        ...
+    @property
+    def leads_nose(self) -> bool:
+        ...
+    @property
+    def rates(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def sigma_events(self) -> list[float]:
+        ...
+    @property
+    def turns(self) -> list[tuple[float, float]]:
+        ...
+class Leads:
+    """
+    How far ahead of the tick each field of a setpoint is taken [s]; the attitude at the tick itself.
+    """
+    @staticmethod
+    def of(params: Params, link_delay: typing.SupportsFloat | typing.SupportsIndex, rotor_delay: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> Leads:
+        """
+        params: the autopilot's; link_delay: what the wire is believed to take [s], 0 in lockstep.
+        """
+    def acceleration(self, path: Path, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        What the rotors are asked for so that, lagging, they give the path's acceleration.
+        """
+    def rate_ahead(self, path: Path, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        What the rate sent at t is more than the path's at t.
+        """
+    @property
+    def delay(self) -> float:
+        ...
+    @property
+    def lag(self) -> float:
+        ...
+    @property
+    def mid_age(self) -> float:
+        ...
+    @property
+    def rate_gain(self) -> float:
+        ...
+class References:
+    """
+    One setpoint a tick along a path, by the bound outer loop.
+    """
+    def __init__(self, vehicle: Vehicle, params: Params, leads: Leads) -> None:
+        ...
+    def begin(self, state: typing.Any) -> None:
+        """
+        Forget what was flown before; continue from this attitude.
+        """
+    def setpoint(self, path: Path, start_us: typing.SupportsInt | typing.SupportsIndex, state: typing.Any) -> Setpoint:
+        """
+        What to send at the tick of `state` (t_us, q_WB, w_WB_B, p_WB, v_WB) when `path` began at start_us of vehicle time.
+        """
+class Ending:
+    """
+    How the flight of a plan ended.
+    
+    Members:
+    
+      FLOWN
+    
+      DID_NOT_START
+    
+      NEVER_SETTLED
+    
+      LEFT_PLAN
+    
+      RELEASED
+    
+      CRASHED
+    """
+    CRASHED: typing.ClassVar[Ending]
+    DID_NOT_START: typing.ClassVar[Ending]
+    FLOWN: typing.ClassVar[Ending]
+    LEFT_PLAN: typing.ClassVar[Ending]
+    NEVER_SETTLED: typing.ClassVar[Ending]
+    RELEASED: typing.ClassVar[Ending]
+    __members__: typing.ClassVar[dict[str, Ending]]
+    @typing.overload
+    def __eq__(self, other: Ending) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Ending) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Sortie:
+    """
+    One flight inside this process, from switch-on to the end of a plan: autopilot, world, and the ground's references at 100 Hz through MAVLink bytes over a modelled link.
+    """
+    def __init__(self, vehicle: Vehicle, params: Params, plant: Plant, scenario: Scenario, seed: typing.SupportsInt | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], mission: bytes = b'') -> None:
+        """
+        origin: lat_degE7, lon_degE7, alt_mm; mission: as stored_mission.
+        """
+    def follow(self, references: References, approach: Path, plan: Path, duration: typing.SupportsFloat | typing.SupportsIndex, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], take_over: bytes, hold_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, delay_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, jitter_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, loss: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> Ending:
+        """
+        From now, at a tick: take over, fly the approach to `start`, the plan, and hover at its end for hold_s. The link delays every frame by delay_s and up to jitter_s more, and loses a share of them.
+        """
+    def service(self, rx: bytes, link: typing.SupportsInt | typing.SupportsIndex) -> list[bytes]:
+        """
+        Answer a link while no time passes; frames of that link.
+        """
+    def take_off(self, commands: collections.abc.Sequence[str], first_item: typing.SupportsInt | typing.SupportsIndex, patience_s: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+        """
+        Send the commands as soon as home is known, and fly until that mission item is reached; False if it is not.
+        """
+    @property
+    def armed(self) -> bool:
+        ...
+    @property
+    def commands(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (N, 4) rotor commands each millisecond from 0 [N].
+        """
+    @property
+    def crashed(self) -> bool:
+        ...
+    @property
+    def estimate(self) -> Estimate:
+        ...
+    @property
+    def p_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def params(self) -> Params:
+        ...
+    @property
+    def plan_end_us(self) -> int:
+        """
+        The tick at or after its end; 0 if not reached.
+        """
+    @property
+    def plan_start_us(self) -> int:
+        """
+        0 if the plan was not begun.
+        """
+    @property
+    def positions(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (N, 3) true position each millisecond from 0 [m], when the commands were given.
+        """
+    @property
+    def q_WB(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        ...
+    @property
+    def stored_mission(self) -> bytes:
+        ...
+    @property
+    def t_us(self) -> int:
+        ...
 def allocate(thrust: typing.SupportsFloat | typing.SupportsIndex, torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"], vehicle: Vehicle) -> tuple[typing.Annotated[list[float], "FixedSize(4)"], typing.Annotated[list[bool], "FixedSize(3)"]]:
     """
     Four rotor thrusts inside the limits, and which of (roll/pitch torque, thrust, yaw torque) was cut.
@@ -589,6 +797,10 @@ def mode_table() -> list[dict[str, typing.Any]]:
 def multiply(a: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], b: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[4, 1]"]:
     """
     Hamilton product of two quaternions (4,), [w, x, y, z].
+    """
+def nose_led(planned: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[5, 4]"], rate: typing.SupportsFloat | typing.SupportsIndex, q_WD: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[4, 1]"], w_WD_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[5, 4]"]:
+    """
+    (5, 4) with the yaw and yaw rate that turn the planned attitude the shortest way to the thrust axis of q_WD.
     """
 def parameter_table() -> list[ParamInfo]:
     """

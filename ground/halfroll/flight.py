@@ -31,7 +31,7 @@ from halfroll.missions.mission_files import load_mission
 from halfroll.planner.course import endless, home_of, with_takeoff_and_landing
 from halfroll.scenario import Scenario, load_scenario, shipped_scenarios
 from halfroll.station.crew import Debriefing, Orders, hear_all
-from halfroll.station.planning import PlanningProcess
+from halfroll.station.planning import Planned, PlanningProcess
 from halfroll.station.record import Event
 from halfroll.station.station import Station
 from halfroll.station.telling import Teller
@@ -112,6 +112,8 @@ def fly(
     changes: Mapping[str, float | None] | None = None,
     yaw: str | None = None,
     overrides: Mapping[str, str | float] | None = None,
+    in_world: Vehicle | None = None,
+    planned: Planned | None = None,
     origin: GeoPoint | None = None,
     log_path: str | Path | None = None,
     instance: int | None = None,
@@ -125,12 +127,13 @@ def fly(
     """Fly a mission in a simulator of its own, from takeoff to landing, and return what was recorded.
 
     vehicle, seed: default the scenario's, else mit-vp and 0; scenario: shipped name, file, or built; changes, yaw:
-    as for preflight.plan; speed: times real time, 0 as fast as it goes (default in lockstep; 1 else); origin: of W,
-    default the planned home of a .plan; log_path: default in a new temporary folder; instance: of the ports, default
-    the first that is free; board: as for boards.command, flies in place of the simulator's own firmware, or with
-    `beside` along with it, compared bit by bit; watched: events of kind time bring a Glance ten times a second;
-    on_ports(instance) is called before it flies, for whoever wants to watch; progress(phase, fraction or None) and
-    report(event) are called on the way.
+    as for preflight.plan; in_world: the vehicle as it is, where its autopilot and the planner are to know another;
+    planned: the plan of exactly this mission, in place of one made on the way; speed: times real time, 0 as fast as it
+    goes (default in lockstep; 1 else); origin: of W, default the planned home of a .plan; log_path: default in a new
+    temporary folder; instance: of the ports, default the first that is free; board: as for boards.command, flies in
+    place of the simulator's own firmware, or with `beside` along with it, compared bit by bit; watched: events of kind
+    time bring a Glance ten times a second; on_ports(instance) is called before it flies, for whoever wants to watch;
+    progress(phase, fraction or None) and report(event) are called on the way.
 
     Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
     SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
@@ -151,7 +154,7 @@ def fly(
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="halfroll-")))
         words = [
             str(simulator.executable()),
-            *simulator.vehicle_arguments(flown_by),
+            *simulator.vehicle_arguments(flown_by, in_world),
             *(["--scenario", scenario] if scenario in shipped_scenarios() else simulator.scenario_arguments(world)),
             *("--instance", str(number), "--seed", str(world.seed or 0 if seed is None else seed)),
             *("--storage", str(folder), "--log", str(log)),
@@ -172,7 +175,7 @@ def fly(
         crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
         with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
-            ours.send(Orders(flown, flown_by, options, core, TOLD_PORT + number, watched))
+            ours.send(Orders(flown, flown_by, options, core, TOLD_PORT + number, watched, planned))
         watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
         debriefing = watch.until_debriefed()
         said = watch.until_simulator_ends()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -180,12 +180,17 @@ def shipped_scenarios() -> list[str]:
     return tables.shipped(_FOLDER)
 
 
+def scenario_table(name_or_path: str | Path) -> dict[str, Any]:
+    """What the file of a scenario says, with what it is like filled in; unchecked. Raises ScenarioError."""
+    return tables.read(name_or_path, _FOLDER, "scenario", ScenarioError)
+
+
 def load_scenario(name_or_path: str | Path, overrides: Mapping[str, str | float] | None = None) -> Scenario:
     """A shipped scenario by name, or any .toml file, with numbers changed by dotted key.
 
     Raises ScenarioError, which names the key, the value, the limit and the way out.
     """
-    table = tables.read(name_or_path, _FOLDER, "scenario", ScenarioError)
+    table = scenario_table(name_or_path)
     for key, entry in (overrides or {}).items():
         unknown = ScenarioError(
             f"scenario has no number called {key}; keys are dotted, like mocap.delay_s or wind.mean_m_s.0"

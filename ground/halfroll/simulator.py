@@ -68,11 +68,14 @@ def _without(words: list[str], option: str) -> tuple[list[str], str | None]:
     return words, None
 
 
-def vehicle_arguments(vehicle: Vehicle) -> list[str]:
-    """Any vehicle, as a shipped one of its kind with every number set."""
+def vehicle_arguments(vehicle: Vehicle, in_world: Vehicle | None = None) -> list[str]:
+    """Any vehicle, as a shipped one of its kind with every number set; in_world: as the world has it."""
     words = ["--vehicle", "mit-vp" if vehicle.variable_pitch else "mit-fp"]
     for key, number in vehicle.numbers().items():
         words += ["--set", f"{key}={number:.17g}"]
+    for key, number in in_world.numbers().items() if in_world else ():
+        if number != vehicle.numbers().get(key):
+            words += ["--world-set", f"{key}={number:.17g}"]
     return words
 
 

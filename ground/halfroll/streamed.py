@@ -19,7 +19,7 @@ from halfroll.body_axes import body_up
 from halfroll.errors import FlightError
 from halfroll.scenario import Scenario
 from halfroll.station import references
-from halfroll.station.references import PARAMETERS, Path, References
+from halfroll.station.references import PARAMETERS, Path
 from halfroll.vehicle import Vehicle
 from halfroll.wire.link import Link
 from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND, OFFBOARD, Telemetry
@@ -78,7 +78,7 @@ class StreamedFlight:
             link.address(int(params["MAV_SYS_ID"]))
         values = {name: params[name] for name in PARAMETERS}
         self._full_thrust = values["VEH_T_REF"]
-        self.references = References.for_vehicle(vehicle, values, link_delay=0.0)
+        self.references = references.for_vehicle(vehicle, values, link_delay=0.0)
         self.fly(1000)
 
     def fly(self, milliseconds: int) -> None:

@@ -47,7 +47,7 @@ def shipped(folder: Path) -> list[str]:
 def read(name_or_path: str | Path, folder: Path, what: str, error: type[InputError]) -> dict[str, Any]:
     """A shipped table by name, or any .toml file; what one that is `like` a shipped one does not say is as there.
     Raises `error`, which says what there is."""
-    table = _as_written(name_or_path, folder, what, error)
+    table = as_written(name_or_path, folder, what, error)
     if "like" not in table:
         return table
     base = table.pop("like")
@@ -66,7 +66,7 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
     return both
 
 
-def _as_written(name_or_path: str | Path, folder: Path, what: str, error: type[InputError]) -> dict[str, Any]:
+def as_written(name_or_path: str | Path, folder: Path, what: str, error: type[InputError]) -> dict[str, Any]:
     file = Path(name_or_path)
     if file.suffix != ".toml":
         file = folder / f"{name_or_path}.toml"

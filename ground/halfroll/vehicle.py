@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -122,12 +122,17 @@ def shipped_vehicles() -> list[str]:
     return tables.shipped(_FOLDER)
 
 
+def vehicle_table(name_or_path: str | Path) -> dict[str, Any]:
+    """What the file of a vehicle says, with what it is like filled in; unchecked. Raises VehicleError."""
+    return tables.read(name_or_path, _FOLDER, "vehicle", VehicleError)
+
+
 def load_vehicle(name_or_path: str | Path, overrides: Mapping[str, str | float] | None = None) -> Vehicle:
     """A shipped vehicle by name, or any .toml file, with numbers changed by dotted key.
 
     Raises VehicleError, which names the key, the value, the limit and the way out.
     """
-    table = tables.read(name_or_path, _FOLDER, "vehicle", VehicleError)
+    table = vehicle_table(name_or_path)
     for key, entry in (overrides or {}).items():
         unknown = VehicleError(
             f"vehicle has no number called {key}; keys are dotted, like rotor.thrust_max_N or inertia_kg_m2.0"

@@ -32,6 +32,11 @@ int complain(int code, const std::string& sentence) {
 
 halfroll::sitl::VehicleSetup setup_from(const Options& options) {
   auto setup = halfroll::sitl::make_vehicle(options.vehicle, options.settings);
+  if (!options.world_settings.empty()) {
+    std::vector<std::string> of_world = options.settings;
+    of_world.insert(of_world.end(), options.world_settings.begin(), options.world_settings.end());
+    setup.plant = halfroll::sitl::make_vehicle(options.vehicle, of_world).plant;
+  }
   const int system_id = static_cast<int>(setup.params.system_id) + options.instance;
   if (system_id > kLastSystemId) {
     throw halfroll::sitl::BadOption("--instance " + std::to_string(options.instance) + " makes MAVLink system id " +

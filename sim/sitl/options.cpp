@@ -111,6 +111,8 @@ const std::vector<Row>& rows() {
       {"vehicle", "NAME", "shipped vehicle (mit-vp)", [](Options& o, Given&, S s) { o.vehicle = s; }},
       {"set", "KEY=NUMBER", "replace a number of the vehicle, or params.NAME; repeatable",
        [](Options& o, Given&, S s) { o.settings.push_back(s); }},
+      {"world-set", "KEY=NUMBER", "replace a number that its autopilot does not know of; repeatable",
+       [](Options& o, Given&, S s) { o.world_settings.push_back(s); }},
       {"scenario", "NAME", "shipped scenario: air, sensors, faults (nominal)",
        [](Options& o, Given&, S s) { o.scenario_name = s; }},
       {"scenario-set", "KEY=NUMBER", "replace a number of the scenario; repeatable",

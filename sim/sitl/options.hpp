@@ -15,6 +15,7 @@ struct Options {
   int instance = 0;
   std::string vehicle = "mit-vp";
   std::vector<std::string> settings;                       // "key=number", for vehicle_file
+  std::vector<std::string> world_settings;                 // the same, of the world's vehicle alone
   std::string scenario_name = "nominal", scenario_called;  // called: in log and output; empty: by its name
   std::vector<std::string> scenario_settings;              // "key=number", for scenario_file
   sim::Scenario scenario;

@@ -21,7 +21,7 @@ FILES = sorted(
     [
         *EXAMPLES.glob("*.plan"),
         *EXAMPLES.glob("*.waypoints"),
-        *EXAMPLES.glob("*.toml"),
+        *(file for file in EXAMPLES.glob("*.toml") if not file.stem.startswith("campaign_")),  # these name one
         *MISSIONS.glob("*.plan"),
         *MISSIONS.glob("*.waypoints"),
     ]

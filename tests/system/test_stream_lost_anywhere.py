@@ -19,7 +19,7 @@ from halfroll.missions.mission import Waypoint
 from halfroll.planner.flatness import inverse_dynamics
 from halfroll.planner.near_optimal import limits_of, plan_near_optimal
 from halfroll.planner.segments import node, rest, solve
-from halfroll.station.references import PARAMETERS, Path, References, path_of
+from halfroll.station.references import PARAMETERS, Path, for_vehicle, path_of
 from halfroll.vehicle import GRAVITY, load_vehicle
 from halfroll.wire.frames import to_wire
 from system.contract.aircraft import ACCEPTED, HOLD, MISSION, OFFBOARD, A, Aircraft, Client, dialect
@@ -98,7 +98,7 @@ def streamed(aircraft: Aircraft, path: Path) -> Iterator[tuple[float, Aircraft]]
     """The flight along a path: after each setpoint, the path's time and the aircraft at that millisecond."""
     client = aircraft.client(A, system=1, component=191)
     params = {name: aircraft.autopilot.params[name] for name in PARAMETERS}
-    references = References.for_vehicle(VEHICLE, params, link_delay=0.0)
+    references = for_vehicle(VEHICLE, params, link_delay=0.0)
     while aircraft.autopilot.t_us % 10000 != 0:
         aircraft.step()
     references.begin(here(aircraft))

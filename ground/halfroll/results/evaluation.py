@@ -78,18 +78,14 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
             f"{log.path}: the plan began at {plan_start_s:.2f} s, but the log covers "
             f"{truth.t[0]:.2f} to {truth.t[-1]:.2f} s"
         )
-    error = np.linalg.norm(truth["p"][planned] - planned_positions(plan, truth.t[planned] - plan_start_s), axis=1)
-    due = np.asarray(plan.times_s, dtype=np.float64)
-    misses = np.linalg.norm(at_times(truth, "p", plan_start_s + due) - waypoints(plan), axis=1)
+    flown = path_figures(plan, truth.t[planned] - plan_start_s, truth["p"][planned], commanded, vehicle)
     armed = state.t[np.asarray(state["armed"], dtype=bool)]
     low, high = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
-    rotor_min, rotor_max = commanded.min(axis=0), commanded.max(axis=0)
-    at_limit = (commanded <= low + AT_LIMIT_N) | (commanded >= high - AT_LIMIT_N)
-    saturated = float(np.mean(at_limit.any(axis=1)))
+    saturated = flown.rotor_saturated
     kept = min(min(plan.rotor_min) - low, high - max(plan.rotor_max))
     saturation_limit = SATURATION_LIMIT if kept > EDGE * high else EDGE_SATURATION_LIMIT
     flown_s = _hand_back(state, plan_start_s, truth.t[-1]) - plan_start_s
-    rms, worst, miss = float(np.sqrt(np.mean(error**2))), float(error.max()), float(misses.max())
+    worst, miss = flown.tracking_max_m, max(flown.waypoint_miss_m)
     checks = (
         Check(
             "plan flown to its end", f"{flown_s:.2f} s", f"{plan.T:.2f} s", flown_s >= plan.T - HAND_BACK_TOLERANCE_S
@@ -108,14 +104,43 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
         T_planned_s=float(plan.T),
         T_flown_s=float(flown_s),
         flight_s=float(armed[-1] - armed[0]) if len(armed) else 0.0,
-        tracking_rms_m=rms,
+        tracking_rms_m=flown.tracking_rms_m,
         tracking_max_m=worst,
-        waypoint_miss_m=tuple(float(distance) for distance in misses),
+        waypoint_miss_m=flown.waypoint_miss_m,
         waypoint_miss_max_m=miss,
-        rotor_min_N=_rotors(rotor_min),
-        rotor_max_N=_rotors(rotor_max),
+        rotor_min_N=flown.rotor_min_N,
+        rotor_max_N=flown.rotor_max_N,
         checks=checks,
         rotor_saturated=saturated,
+    )
+
+
+@dataclass(frozen=True)
+class PathFigures:
+    """How near the plan a vehicle was flown, and what of its rotors that took."""
+
+    tracking_rms_m: float
+    tracking_max_m: float
+    waypoint_miss_m: tuple[float, ...]
+    rotor_min_N: Rotors
+    rotor_max_N: Rotors
+    rotor_saturated: float
+
+
+def path_figures(plan: Plan, t: FloatArray, p: FloatArray, commanded: FloatArray, vehicle: Vehicle) -> PathFigures:
+    """t (N,) [s] of the plan, rising; p (N, 3) true positions then; commanded (M, 4) [N] in the planned part."""
+    error = np.linalg.norm(p - planned_positions(plan, t), axis=1)
+    at = np.stack([np.interp(plan.times_s, t, column) for column in p.T], axis=1)
+    misses = np.linalg.norm(at - waypoints(plan), axis=1)
+    low, high = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
+    at_limit = (commanded <= low + AT_LIMIT_N) | (commanded >= high - AT_LIMIT_N)
+    return PathFigures(
+        tracking_rms_m=float(np.sqrt(np.mean(error**2))),
+        tracking_max_m=float(error.max()),
+        waypoint_miss_m=tuple(float(distance) for distance in misses),
+        rotor_min_N=_rotors(commanded.min(axis=0)),
+        rotor_max_N=_rotors(commanded.max(axis=0)),
+        rotor_saturated=float(np.mean(at_limit.any(axis=1))),
     )
 
 

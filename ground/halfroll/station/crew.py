@@ -19,7 +19,7 @@ from halfroll.missions.mission import DEFAULT_OPTIONS, Mission, PlanOptions
 from halfroll.station.lookout import EVERY_S as LOOK_EVERY_S
 from halfroll.station.lookout import Lookout
 from halfroll.station.pilot import Pilot
-from halfroll.station.planning import PlanningProcess
+from halfroll.station.planning import Planned, PlanningProcess, ReadyPlan
 from halfroll.station.record import Event, Record
 from halfroll.station.station import Station
 from halfroll.station.telling import Teller
@@ -44,6 +44,7 @@ class Orders:
     core: int | None = None
     told_port: int | None = None
     watched: bool = False
+    planned: Planned | None = None  # of this mission, in place of planning it
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def fly_mission(
     it."""
     offboard_link = Link(offboard, GROUND)
     gcs_link = Link(gcs, GCS, GCS_SYSTEM, also=("ACTUATOR_OUTPUT_STATUS",) if orders.watched else ())
-    with PlanningProcess() as planner:
+    with PlanningProcess() if orders.planned is None else ReadyPlan(orders.planned) as planner:
         if orders.core is not None:  # the planner has begun, and goes where it likes
             os.sched_setaffinity(0, {orders.core})
         station = Station(

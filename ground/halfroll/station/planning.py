@@ -175,6 +175,29 @@ class PlanningProcess:
         self.close()
 
 
+class ReadyPlan:
+    """A Planner whose plan was made before: every request is answered by it."""
+
+    def __init__(self, planned: Planned) -> None:
+        self._planned, self._asked = planned, False
+
+    def submit(self, request: PlanRequest) -> None:
+        self._asked = True
+
+    def poll(self) -> Outcome | None:
+        asked, self._asked = self._asked, False
+        return self._planned if asked else None
+
+    def progress(self) -> str | None:
+        return None
+
+    def __enter__(self) -> ReadyPlan:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
 @contextlib.contextmanager
 def _deaf_to_ctrl_c() -> Iterator[None]:
     """What is started meanwhile never hears Ctrl-C, not even while Python itself starts; here it comes afterwards."""

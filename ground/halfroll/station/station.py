@@ -82,7 +82,7 @@ class Station:
         other_links: Sequence[Link] = (),
         report: Callable[[Event], None] = lambda _: None,
         clock: Clock = wall_s,
-        make_references: MakeReferences = References.for_vehicle,
+        make_references: MakeReferences = references.for_vehicle,
     ) -> None:
         self._link, self._vehicle, self._planner, self._options = link, vehicle, planner, options
         self._finer, self._report, self._clock, self._make_references = finer, report, clock, make_references
