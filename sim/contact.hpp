@@ -30,12 +30,6 @@ inline double ground_z(const Plant& plant) {
   return -plant.leg_height + plant.gravity / (4 * stiffness_per_mass);
 }
 
-/// Whether any point could touch within a substep; `ground` is ground_z of the plant.
-inline bool near_ground(const Plant& plant, double ground, const RigidBody& body) {
-  constexpr double kSpare = 0.1;  // [m]
-  return body.p_WB.z() < ground + plant.leg_height + plant.foot_radius + kSpare;
-}
-
 /// Push of the ground: spring and damper upwards, never downwards; sideways spring and damper to the anchor, at most
 /// friction times the push. `plant.mass` stands for the vehicle's own, whatever it carries.
 Load ground_load(const Plant& plant, const Contact& contact, const RigidBody& body);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/trig.hpp"
+#include "sim/wide.hpp"
 
 namespace halfroll::sim {
 namespace {
@@ -48,7 +49,7 @@ Vec3d noisy(const InertialErrors& errors, const Random& random, Stream stream, s
 
 }  // namespace
 
-Imu read_imu(const Scenario& scenario, const Random& random, Sensors& sensors, const Truth& truth) {
+HALFROLL_WIDE Imu read_imu(const Scenario& scenario, const Random& random, Sensors& sensors, const Truth& truth) {
   const InertialErrors &gyro = scenario.gyro, &accelerometer = scenario.accelerometer;
   walk(gyro, sensors.gyro_bias, random, Stream::kGyroBias, truth.t_us);
   walk(accelerometer, sensors.accelerometer_bias, random, Stream::kAccelerometerBias, truth.t_us);

@@ -1,6 +1,7 @@
 // A Plant in a Scenario, worked out once. Why: what a step multiplies by is divided, rooted and summed up here, and
 // effects that are off have numbers that are 0, so the physics asks for no names.
 #pragma once
+#include "sim/air.hpp"
 #include "sim/contact.hpp"
 #include "sim/plant.hpp"
 #include "sim/rigid_body.hpp"
@@ -20,10 +21,14 @@ struct Model {
   std::array<Eigen::Vector2d, 4> rotor_places;  // [m], from the common centre
   RotorModel rotors;
   WindModel wind;
-  bool air_moves_blades;     // inflow or rotor drag
-  double ground;             // [m], height of the ground in W
-  double spin = 0.0;         // [N·m·s], angular momentum of one rotor at nominal speed
-  double hover_power = 0.0;  // [W/N^1.5], electrical power of a rotor per thrust^1.5; 0: no battery
+  AirCoefficients body_air;
+  std::array<AirCoefficients, 4> rotor_air;  // at nominal speed
+  bool air_moves_blades;                     // inflow or rotor drag
+  double ground;                             // [m], height of the ground in W
+  double ground_reach;                       // [m], in W: above it, the ground does nothing within a substep
+  double spin = 0.0;                         // [N·m·s], angular momentum of one rotor at nominal speed
+  bool plain;                                // away from the ground there is nothing but rotors and plain drag
+  double hover_power = 0.0;                  // [W/N^1.5], electrical power of a rotor per thrust^1.5; 0: no battery
   bool has_faults = false;
 };
 

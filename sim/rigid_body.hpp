@@ -55,18 +55,20 @@ class Inertia {
 
 /// R(q), body to world.
 inline Eigen::Matrix3d rotation(const Eigen::Vector4d& q) {
-  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double x = 2 * q[1], y = 2 * q[2], z = 2 * q[3];
+  const double wx = q[0] * x, wy = q[0] * y, wz = q[0] * z, xx = q[1] * x, xy = q[1] * y, xz = q[1] * z, yy = q[2] * y,
+               yz = q[2] * z, zz = q[3] * z;
   Eigen::Matrix3d r;
-  r << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),  //
-      2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),   //
-      2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y);
+  r << 1 - (yy + zz), xy - wz, xz + wy,  //
+      xy + wz, 1 - (xx + zz), yz - wx,   //
+      xz - wy, yz + wx, 1 - (xx + yy);
   return r;
 }
 
 /// Third column of R(q): the body's up axis in W.
 inline Vec3d up_axis(const Eigen::Vector4d& q) {
-  const double w = q[0], x = q[1], y = q[2], z = q[3];
-  return {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)};
+  const double x = 2 * q[1], y = 2 * q[2];
+  return {x * q[3] + q[0] * y, y * q[3] - q[0] * x, 1 - (q[1] * x + q[2] * y)};
 }
 
 /// Hamilton product, [w, x, y, z].

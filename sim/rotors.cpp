@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/lag.hpp"
+#include "sim/wide.hpp"
 
 namespace halfroll::sim {
 namespace {
@@ -34,10 +35,13 @@ Step towards(double from, double to, const RotorModel::Share& share) {
   return {from + share.half * (to - from), from + share.whole * (to - from)};
 }
 
+/// As std::clamp, in two instructions.
+double within(double x, double lowest, double highest) { return std::max(lowest, std::min(x, highest)); }
+
 Step blade_step(const RotorModel& model, double pitch, double wanted) {
   const double way = wanted - pitch;
-  return {pitch + std::clamp(model.lag.half * way, -model.slew.half, model.slew.half),
-          pitch + std::clamp(model.lag.whole * way, -model.slew.whole, model.slew.whole)};
+  return {pitch + within(model.lag.half * way, -model.slew.half, model.slew.half),
+          pitch + within(model.lag.whole * way, -model.slew.whole, model.slew.whole)};
 }
 
 }  // namespace
@@ -75,13 +79,14 @@ void issue(Rotors& rotors, const RotorCommands& commands) {
   rotors.issued[rotors.newest] = commands;
 }
 
-ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep, const RotorCondition& condition) {
+HALFROLL_WIDE ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep,
+                                    const RotorCondition& condition) {
   const RotorCommands& command = model.ideal ? rotors.issued[rotors.newest] : arrived(model, rotors, substep);
   ThrustHistory thrust;
   if (model.plain_blades() && condition.sound) {  // most flights: the same as below, without its questions
     for (std::size_t i = 0; i < 4; ++i) {
       const auto asked = static_cast<double>(command.thrust[i]);
-      const Step pitch = blade_step(model, rotors.pitch[i], std::clamp(asked, model.thrust_min, model.thrust_max));
+      const Step pitch = blade_step(model, rotors.pitch[i], within(asked, model.thrust_min, model.thrust_max));
       thrust.middle[i] = pitch.middle;
       rotors.pitch[i] = rotors.thrust[i] = thrust.end[i] = pitch.end;
     }
@@ -90,7 +95,7 @@ ThrustHistory advance(const RotorModel& model, Rotors& rotors, int substep, cons
   for (std::size_t i = 0; i < 4; ++i) {
     const auto asked = static_cast<double>(command.thrust[i]);
     if (model.variable_pitch) {
-      const double wanted = std::clamp(asked, model.thrust_min, model.thrust_max);
+      const double wanted = within(asked, model.thrust_min, model.thrust_max);
       Step pitch = {wanted, wanted};
       if (!model.ideal) pitch = blade_step(model, rotors.pitch[i], wanted);
       bool moving = rotors.blade_moving[i];

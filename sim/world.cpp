@@ -3,11 +3,13 @@
 #include <tuple>
 
 #include "sim/airframe.hpp"
+#include "sim/wide.hpp"
 
 namespace halfroll::sim {
 namespace {
 
 double spin_of(const Model& model, const PerRotor& speed) {
+  if (model.spin <= 0.0) return 0.0;
   double sum = 0.0;
   for (std::size_t i = 0; i < 4; ++i) sum -= kTorqueSign[i] * speed[i];  // a rotor turns against its drag torque
   return model.spin * sum;
@@ -17,8 +19,8 @@ Surroundings surroundings(const Model& model, const World& world) {
   Surroundings around;
   around.wind_W = world.wind.velocity_W;
   around.air = air_coefficients(model, world.rotors.speed);
-  if (model.spin > 0.0) around.spin = spin_of(model, world.rotors.speed);
-  around.near_ground = near_ground(model.plant, model.ground, world.body);
+  around.spin = spin_of(model, world.rotors.speed);
+  around.near_ground = world.body.p_WB.z() < model.ground_reach;
   return around;
 }
 
@@ -44,10 +46,9 @@ RotorCondition condition_of(const Model& model, const World& world) {
 }
 
 /// The frame's own place and motion; the sensors sit in its middle, off the common centre of mass if there is a load.
-Truth truth_of(const Model& model, const World& world) {
+Truth truth_of(const Model& model, const World& world, const Surroundings& around, const BodyLoad& rotors) {
   const RigidBody& body = world.body;
-  const Load felt =
-      felt_load(model, surroundings(model, world), world.contact, rotor_load(model, world.rotors.thrust), body);
+  const Load felt = felt_load(model, around, world.contact, rotors, body);
   const Eigen::Matrix3d R_WB = rotation(body.q_WB);
   Truth truth;
   truth.t_us = world.t_us;
@@ -69,8 +70,12 @@ Truth truth_of(const Model& model, const World& world) {
   return truth;
 }
 
+void measure(const Model& model, World& world, const Surroundings& around, const BodyLoad& rotors) {
+  world.readings = read(model.scenario, world.random, world.sensors, truth_of(model, world, around, rotors));
+}
+
 void measure(const Model& model, World& world) {
-  world.readings = read(model.scenario, world.random, world.sensors, truth_of(model, world));
+  measure(model, world, surroundings(model, world), rotor_load(model, world.rotors.thrust));
 }
 
 /// Forces along up and torques at the beginning, middle and end of a substep.
@@ -81,9 +86,9 @@ struct RotorLoads {
   }
 };
 
-/// One step of the integrator under load_of(body, rotors). Flattened: as calls, these few additions cost twice as much.
+/// One step of the integrator under load_of(body, rotors).
 template <typename LoadOf>
-[[gnu::flatten]] void integrate(const Model& model, RigidBody& body, const RotorLoads& rotors, const LoadOf& load_of) {
+void integrate(const Model& model, RigidBody& body, const RotorLoads& rotors, const LoadOf& load_of) {
   const double weight = model.inertia.mass() * model.plant.gravity;
   rk4(
       model.inertia, body,
@@ -95,28 +100,32 @@ template <typename LoadOf>
       kSubstep);
 }
 
-/// `load` is what the rotors give when the substep begins, afterwards when it ends.
-void substep(const Model& model, World& world, int number, const RotorCondition& condition, BodyLoad& load) {
-  const PerRotor speed = world.rotors.speed;
+/// `around` and `load`, what the rotors give, are as the substep begins, afterwards as it ends.
+void substep(const Model& model, World& world, int number, const RotorCondition& condition, Surroundings& around,
+             BodyLoad& load) {
   const ThrustHistory thrust = advance(model.rotors, world.rotors, number, condition);
   RotorLoads rotors = {load, rotor_load(model, thrust.middle), rotor_load(model, thrust.end)};
   if (model.rotors.ideal) rotors.begin = rotors.end;
   load = rotors.end;
-  Surroundings around = surroundings(model, world);
-  if (model.spin > 0.0) {
-    const double before = spin_of(model, speed);
-    around.spin_rate = (around.spin - before) / kSubstep;
-    around.spin = 0.5 * (around.spin + before);
-  }
-  if (only_rotors_and_drag(model, around) && !world.contact.any_touching) {
-    return integrate(model, world.body, rotors, [&](const RigidBody& body, const BodyLoad& given) {
-      return plain_load(model, around, given, body);
+  around.near_ground = world.body.p_WB.z() < model.ground_reach;
+  if (model.air_moves_blades) around.air = air_coefficients(model, world.rotors.speed);
+  const double before = around.spin, after = spin_of(model, world.rotors.speed);
+  around.spin = 0.5 * (after + before);
+  around.spin_rate = (after - before) / kSubstep;
+  if (around.near_ground || world.contact.any_touching) {
+    integrate(model, world.body, rotors, [&](const RigidBody& body, const BodyLoad& given) {
+      return felt_load(model, around, world.contact, given, body);
     });
+    settle(model.plant, world.contact, world.body);
+  } else if (model.plain) {
+    integrate(model, world.body, rotors,
+              [&](const RigidBody& body, const BodyLoad& given) { return plain_load(model, around, given, body); });
+  } else {
+    integrate(model, world.body, rotors,
+              [&](const RigidBody& body, const BodyLoad& given) { return airborne_load(model, around, given, body); });
   }
-  integrate(model, world.body, rotors, [&](const RigidBody& body, const BodyLoad& given) {
-    return felt_load(model, around, world.contact, given, body);
-  });
-  if (around.near_ground || world.contact.any_touching) settle(model.plant, world.contact, world.body);
+  around.spin = after;
+  around.spin_rate = 0.0;
 }
 
 }  // namespace
@@ -139,17 +148,20 @@ World start(const Model& model, std::uint64_t seed, const RigidBody& body) {
   return start(model, seed, body, steady(model.plant, {}));
 }
 
-void step(const Model& model, World& world, const RotorCommands& commands) {
+HALFROLL_WIDE void step(const Model& model, World& world, const RotorCommands& commands) {
   issue(world.rotors, commands);
   const RotorCondition condition = condition_of(model, world);
+  Surroundings around = surroundings(model, world);
   BodyLoad load = rotor_load(model, world.rotors.thrust);
-  for (int number = 0; number < kSubsteps; ++number) substep(model, world, number, condition, load);
+  for (int number = 0; number < kSubsteps; ++number) substep(model, world, number, condition, around, load);
   if (model.plant.battery_full_V > 0.0) {
     drain(model, world.battery, rotor_power(model, world.rotors.thrust), kSubsteps * kSubstep);
   }
   world.t_us += kStepUs;
   if (model.wind.blows()) model.wind.advance(world.wind, world.random, world.t_us);
-  measure(model, world);
+  around.wind_W = world.wind.velocity_W;
+  around.near_ground = world.body.p_WB.z() < model.ground_reach;
+  measure(model, world, around, load);
 }
 
 void restart_clock(const Model& model, World& world) {

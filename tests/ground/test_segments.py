@@ -213,7 +213,7 @@ def test_thousands_of_nodes_are_solved_to_rounding(n):
     assert values[~np.isnan(nodes)] == pytest.approx(nodes[~np.isnan(nodes)], abs=1e-9)
     assert path.coefficients.sum(axis=1) == pytest.approx(nodes[1:, 0], abs=1e-9)  # every piece ends at its node
     assert max(jumps(path, d) for d in range(5)) < 1e-9
-    banded = banded_polynomials.solve_many(nodes, durations[None])[0]
+    banded = banded_polynomials.solve(nodes, durations)
     assert path.coefficients == pytest.approx(banded, abs=1e-8 * np.abs(banded).max())
 
 
