@@ -25,7 +25,7 @@ GRAM = 1.0 / (np.arange(5)[:, None] + np.arange(5) + 1.0)  # integrals of produc
 
 
 def solve(given, durations):
-    """Coefficients (N, 10, 4) for nodes (N+1, 5, 4), NaN where free; those of the ends are given. Inputs are trusted."""
+    """Coefficients (N, 10, 4) for nodes (N+1, 5, 4), NaN where free but never at the ends; inputs are trusted."""
     h = np.concatenate([durations[:1], np.sqrt(durations[:-1] * durations[1:]), durations[-1:]])
     left = _powers(durations / h[:-1], GIVEN)  # (5, N): scaled node unknown -> tau-derivative of the piece
     right = _powers(durations / h[1:], GIVEN)

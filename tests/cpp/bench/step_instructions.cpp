@@ -1,6 +1,6 @@
 // Instructions of each firmware step while every client talks in every millisecond. Why: the 1 kHz loop is as late as
-// its worst step, and a counted instruction is the same on a busy machine. The child is single-stepped by its parent
-// (ptrace), which needs neither a hardware counter nor a tool; calls into the system are none of the firmware's.
+// its worst step, and a counted instruction is the same on a busy machine. Valgrind counts
+// (tests/bench/link_figures.py).
 #include <development/mavlink.h>
 
 #include <cstdlib>
