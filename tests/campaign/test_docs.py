@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "campaigns.md").read_text()
 COMMANDS = [
     line.split("#")[0].strip()
-    for block in re.findall(r"```\n(.*?)```", PAGE, re.DOTALL)
+    for block in PAGE.split("```")[1::2]
     for line in block.splitlines()
     if line.startswith("halfroll")
 ]
