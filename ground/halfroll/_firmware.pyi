@@ -560,11 +560,11 @@ class Path:
     """
     A path as a table over its own time, 1 ms apart; before its start and after its end it is at rest. derivatives (N, 5, 4): position to snap of x, y, z [m] in W and yaw [rad]; rates (N, 3): body rates [rad/s] that its exact inverse dynamics need, body components; sigma_events: when the thrust turns over, upright before the first; leads_nose: feedback turns its attitude the shortest way, but not in its turns (begin, end) nor upside down.
     """
-    def __getstate__(self) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], list[float], bool, list[tuple[float, float]]]:
+    def __getstate__(self) -> typing.Any:
         ...
     def __init__(self, derivatives: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], rates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], sigma_events: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], leads_nose: bool = False, turns: collections.abc.Sequence[tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]] = []) -> None:
         ...
-    def __setstate__(self, arg0: tuple) -> None:
+    def __setstate__(self, arg0: typing.Any) -> None:
         ...
     def at(self, t: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[5, 4]"]:
         """
@@ -716,7 +716,7 @@ class Sortie:
         """
         Answer a link while no time passes; frames of that link.
         """
-    def take_off(self, commands: collections.abc.Sequence[str], first_item: typing.SupportsInt | typing.SupportsIndex, patience_s: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+    def take_off(self, commands: collections.abc.Sequence[bytes], first_item: typing.SupportsInt | typing.SupportsIndex, patience_s: typing.SupportsFloat | typing.SupportsIndex) -> bool:
         """
         Send the commands as soon as home is known, and fly until that mission item is reached; False if it is not.
         """

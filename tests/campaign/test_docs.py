@@ -1,4 +1,4 @@
-"""docs/campaigns.md: its tables are flown again in small, its commands run, its arithmetic adds up."""
+"""docs/campaigns.md: its commands are ones, its arithmetic adds up."""
 
 import re
 import subprocess
@@ -8,49 +8,15 @@ from pathlib import Path
 import pytest
 
 from halfroll.campaign.engines import DASK_BLOCK
-from halfroll.campaign.statistics import interval
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "campaigns.md").read_text()
 COMMANDS = [
     line.split("#")[0].strip()
-    for block in re.findall(r"```\n(.*?)```", PAGE, re.DOTALL)
+    for block in PAGE.split("```")[1::2]
     for line in block.splitlines()
     if line.startswith("halfroll")
 ]
-AGAIN = 8  # runs of a cell
-CERTAIN = 0.999
-
-
-@pytest.fixture(scope="module")
-def study():
-    sys.path.insert(0, str(ROOT / "docs"))
-    try:
-        import make_campaign_pictures
-    finally:
-        sys.path.pop(0)
-    return make_campaign_pictures
-
-
-def cells_of(name, vehicle, margin):
-    """(succeeded, runs) of a row of the page's table."""
-    row = re.search(rf"<!-- {name} -->.*?\| `{vehicle}`, margin {margin:.0%}[^|]*\|(.*?)\n", PAGE, re.DOTALL)[1]
-    return [(int(a), int(b)) for a, b in re.findall(r"(\d+)/(\d+) \(", row)]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", range(3))
-@pytest.mark.parametrize("vehicle", ["mit-vp", "mit-fp"])
-def test_other_seeds_succeed_as_often_as_the_tables_say(study, vehicle, number):
-    wrong, margin = study.WRONGS[number], 0.2
-    told = cells_of(wrong.name, vehicle, margin)
-    assert len(told) == len(wrong.levels)
-    again = study.flown(study.prepared(vehicle, margin, wrong, seed=2), len(wrong.levels), AGAIN)
-    for (succeeded, runs), cell in zip(told, again, strict=True):
-        low, high = interval(succeeded, runs, CERTAIN)
-        least, most = interval(cell.succeeded, cell.runs, CERTAIN)
-        assert least <= high
-        assert low <= most
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -69,7 +69,7 @@ def test_a_summary_counts_and_ranks():
         ("waypoint miss 0.612 m, allowed 0.5", "waypoint miss"),
         ("not flown: it cannot hover: 4 rotors give", "not flown"),
         ("left the plan", "left the plan"),
-        ("ended 0.62 m from the last waypoint, thrust axis +0.99 up", "ended m from the last waypoint"),
+        ("ended 0.62 m from the last waypoint, thrust axis +0.99 up", "ended from the last waypoint"),
     ],
 )
 def test_reasons_are_counted_without_their_numbers(why, kind):
@@ -80,7 +80,7 @@ def test_the_gate_opens_for_the_same_code_with_other_seeds_and_shuts_on_what_is_
     rng = np.random.default_rng(2)
     before = table(rng, 400)
     assert not any(each.worse for each in compared(before, table(rng, 400)))
-    slower = compared(before, table(rng, 400, scale=1.3))
+    slower = compared(before, table(rng, 400, scale=1.5))
     assert {each.what for each in slower if each.worse} >= {"tracking_rms_m 50 %", "waypoint_miss_max_m 95 %"}
     failing = compared(before, table(rng, 400, rate=0.9))
     assert [each.what for each in failing if each.worse] == ["success"]
@@ -112,7 +112,7 @@ def test_shuffling_finds_the_number_that_matters(tmp_path):
 def test_sobol_indices_of_saltellis_sample_are_those_of_ishigamis_function(tmp_path):
     keys = ("vehicle.mass_kg", "vehicle.rotor.thrust_max_N", "vehicle.arm_m")
     vary = {key: {"uniform": [0.95, 1.05], "times": True} for key in keys}
-    count = 1024 * 5
+    count = 4096 * 5
     space = hop_space(tmp_path, sampling="saltelli", vary=vary, runs=count)
     shares = np.array([list(run.values.values()) for run in runs_of(space, 0, count)])
     a, b, c = np.pi * (20.0 * shares.T - 20.0)  # from -pi to pi

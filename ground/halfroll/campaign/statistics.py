@@ -5,6 +5,7 @@ Why: a share of successes without an interval is an anecdote, and a difference w
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ QUANTILES = (0.5, 0.9, 0.95, 0.99, 1.0)
 SUMMED_UP = ("tracking_rms_m", "tracking_max_m", "waypoint_miss_max_m", "rotor_saturated", "flight_s")
 WORST, LISTED = 10, 10_000
 CONFIDENCE = 0.95
+_MEASURED = re.compile(r" [+-]?\d+(\.\d+)?( m\b)?")
 
 
 def interval(succeeded: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
@@ -73,11 +75,7 @@ class Summary:
 
 def kind_of(why: str) -> str:
     """`waypoint miss 0.612 m, allowed 0.5` is a waypoint miss."""
-    return " ".join(word for word in why.split(",")[0].split(":")[0].split() if not _is_number(word)).removesuffix(" m")
-
-
-def _is_number(word: str) -> bool:
-    return word.lstrip("+-").replace(".", "", 1).isdigit()
+    return " ".join(_MEASURED.sub(" ", why.split(",")[0].split(":")[0]).split())
 
 
 def summary_of(runs: pa.Table) -> Summary:
