@@ -33,9 +33,7 @@ class Stage:
         self._thrusts: Any = None
         self._pieces = 0
         self._points: list[tuple[Array, float]] = []  # of the piece that grows: position, share of the ramp
-        scene.configure_default_lights(
-            cast_shadow=False
-        )  # costs a phone half its frames
+        scene.configure_default_lights(cast_shadow=False)  # costs a phone half its frames
         with_grid(scene, setting)
         self._draw_reference()
         self._vehicle = self._draw_quadrotor("/vehicle", opacity=None)
