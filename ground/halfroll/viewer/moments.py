@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 AT_LIMIT = 0.995  # share of a limit from which a rotor counts as saturated
 _PATH_POINTS = 600
-_SMALLEST_EXTENT_M, _ARM_OF_EXTENT = 2.0, 0.05  # drawn no smaller than that share of the scene
+_SMALLEST_EXTENT_M, _ARM_OF_EXTENT = 2.0, 0.04  # drawn no smaller than that share of the scene
 
 
 @dataclass(frozen=True)
