@@ -26,7 +26,7 @@ ONLY_USER = {  # package: the modules that may import it, as in the table of lay
     "matplotlib": "drawing, results/report, campaign/page",
     "pyulog": "results/log",
     "typer": "cli/*",
-    "rich": "console, console_flight, campaign_console",
+    "rich": "console, console_flight, campaign_console, viewer/server",
     "viser": "viewer/server",
 }
 AXES_OF_THE_WIRE = {

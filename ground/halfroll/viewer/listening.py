@@ -145,7 +145,7 @@ class Listener:
             if message.status < FAILSAFE_ACTS:
                 self._failsafe = ""
         elif isinstance(message, wire.MissionCurrent):
-            self._current = message
+            self._current = message if message.total != wire.NO_SEQUENCE else None
         elif isinstance(message, wire.RotorThrusts):
             self._rotor_N = message.fractions * self._largest_N
         elif isinstance(message, wire.AttitudeWanted):

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 AT_LIMIT = 0.995  # share of a limit from which a rotor counts as saturated
 _PATH_POINTS = 600
-_SMALLEST_EXTENT_M, _ARM_OF_EXTENT = 2.0, 0.035  # drawn no smaller than that share of the scene
+_SMALLEST_EXTENT_M, _ARM_OF_EXTENT = 2.0, 0.04  # drawn no smaller than that share of the scene
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,13 @@ class Setting:
         """(3,), (3,): the box around everything that stands still, and the origin."""
         points = np.vstack([np.zeros((1, 3)), self.path, *(gate.position[None] for gate in self.gates)])
         return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def seat(self) -> tuple[Array, Array]:
+        """(3,) where a camera sees all of it from, and (3,) what it looks at: from the south-east, above."""
+        low, high = self.corners
+        middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 2.0 * _SMALLEST_EXTENT_M)
+        return middle + size * np.array([-0.5, -0.5, 0.4]), middle
 
     @property
     def magnification(self) -> float:
@@ -182,12 +189,13 @@ def with_reference(recording: Recording, plan: Plan, plan_start_s: float) -> Rec
 
 
 def roll_pitch_heading_deg(q_WB: Array) -> tuple[float, float, float]:
-    """As aviation and every ground control station count: right wing down, nose up, clockwise from north."""
+    """As aviation and every ground control station count: right wing down, nose up, clockwise from north; the heading
+    from -180 to 180, so that due north is no jump."""
     w, x, y, z = q_WB
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return math.degrees(roll), -math.degrees(pitch), math.degrees(-yaw) % 360.0
+    return math.degrees(roll), -math.degrees(pitch), math.degrees(-yaw)
 
 
 def saturated(rotor_N: Array, thrust_N: tuple[float, float]) -> NDArray[np.bool_]:

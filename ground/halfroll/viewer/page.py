@@ -80,11 +80,8 @@ class Page:
             self._panels.show(moments)
 
     def _staged(self, setting: Setting) -> Stage:
-        low, high = setting.corners
-        middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 4.0)
-        camera = self.server.initial_camera
-        camera.position, camera.look_at = tuple(middle + size * np.array([-0.75, -0.75, 0.55])), tuple(middle)
-        camera.up = (0.0, 0.0, 1.0)
+        camera, (place, middle) = self.server.initial_camera, setting.seat
+        camera.position, camera.look_at, camera.up = tuple(place), tuple(middle), (0.0, 0.0, 1.0)
         return Stage(self.server.scene, setting, self.colouring)
 
     def _add_view(self) -> None:
@@ -151,8 +148,6 @@ def play(page: Page, recording: Recording, stopped: threading.Event, clock: Cloc
         before_s = now_s
         if wish:
             t_s = wish.popleft()
-        elif playing.value:
-            slider.value = round(t_s, 2)
         if page.recoloured:
             page.recoloured = False
             page.stage.forget()
@@ -163,6 +158,8 @@ def play(page: Page, recording: Recording, stopped: threading.Event, clock: Cloc
             page.show(recording.at(first_s + t_s), now_s)
             if now_s - figures_s > PANEL_S or not playing.value:
                 figures_s = now_s
+                if playing.value:
+                    slider.value = round(t_s, 2)
                 page.show_figures(recording.window(first_s + t_s, WINDOW_S, SAMPLES))
         stopped.wait(FRAME_S)
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import numpy as np
-
 from halfroll.viewer.moments import Moment, Recording
 from halfroll.viewer.server import LocalServer
 from halfroll.viewer.stage import Stage
@@ -25,10 +23,8 @@ def replay_html(recording: Recording, dark: bool = False) -> str:
     try:
         stage = Stage(server.scene, recording.setting)
         stage.trace(recording.thinned(20.0).moments)
-        low, high = recording.setting.corners
-        middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 4.0)
-        server.initial_camera.position = tuple(middle + size * np.array([-0.75, -0.75, 0.55]))
-        server.initial_camera.look_at, server.initial_camera.up = tuple(middle), (0.0, 0.0, 1.0)
+        camera, (place, middle) = server.initial_camera, recording.setting.seat
+        camera.position, camera.look_at, camera.up = tuple(place), tuple(middle), (0.0, 0.0, 1.0)
         words = server.scene.add_label("/vehicle/words", "", anchor="bottom-left", font_screen_scale=0.9)
         stage.show(frames.moments[0])
         recorder = server.get_scene_serializer()

@@ -5,12 +5,12 @@ it: it is bound to loopback, its websocket takes pages of its own only, and noth
 from __future__ import annotations
 
 import contextlib
-import io
 from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 import viser
+from rich import get_console
 from websockets.asyncio import server as websocket_server
 
 from halfroll.errors import LinkError
@@ -25,7 +25,7 @@ class LocalServer(viser.ViserServer):
     def __init__(self, port: int = DEFAULT_PORT, label: str = "halfroll") -> None:
         origins: list[str] = []
         try:
-            with _only(origins), contextlib.redirect_stdout(io.StringIO()):  # it prints a box of addresses
+            with _only(origins), _silent():
                 super().__init__(host=LOOPBACK, port=port, label=label, verbose=False)
         except OSError as error:
             raise LinkError(f"no page at port {port}: {error.strerror}; choose another with --port") from error
@@ -40,8 +40,19 @@ class LocalServer(viser.ViserServer):
         return None
 
     def stop(self) -> None:
-        with contextlib.redirect_stdout(io.StringIO()):
+        with _silent():
             super().stop()
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """viser prints a box of addresses, and that it has stopped, in notebooks even as figures of their own."""
+    out = get_console()
+    before, out.quiet = out.quiet, True
+    try:
+        yield
+    finally:
+        out.quiet = before
 
 
 @contextlib.contextmanager

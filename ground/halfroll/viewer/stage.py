@@ -33,6 +33,7 @@ class Stage:
         self._thrusts: Any = None
         self._pieces = 0
         self._points: list[tuple[Array, float]] = []  # of the piece that grows: position, share of the ramp
+        scene.configure_default_lights(cast_shadow=False)  # costs a phone half its frames
         with_grid(scene, setting)
         self._draw_reference()
         self._vehicle = self._draw_quadrotor("/vehicle", opacity=None)
@@ -169,8 +170,9 @@ def with_grid(scene: Any, setting: Setting) -> None:
         height=size,
         cell_size=_GRID_CELL_M,
         section_size=5.0 * _GRID_CELL_M,
-        cell_color=(190, 190, 190),
-        section_color=(140, 140, 140),
+        cell_color=(222, 222, 222),
+        section_color=(190, 190, 190),
+        shadow_opacity=0.0,
         position=(float(np.round(middle[0])), float(np.round(middle[1])), 0.0),
     )
 
