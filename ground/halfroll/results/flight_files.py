@@ -8,13 +8,13 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from halfroll.errors import FlightError, HalfrollError, InputError
 from halfroll.planner.course import course
-from halfroll.results.evaluation import FlightFigures
+from halfroll.results.evaluation import FlightFigures, evaluate
 from halfroll.results.log import read_log
 from halfroll.results.logged_flight import LoggedFlight
 from halfroll.results.report import report_json, write_report
@@ -59,19 +59,25 @@ class FlightFiles:
 
         Raises FlightError if there was, but no plan was flown.
         """
-        flight = LoggedFlight.of(read_log(flown.log_path))
-        board = {} if flown.board is None else {"steps on the board": str(flown.board["steps"])}
-        self._report(flight, board)
-        if flown.plan is None or flown.plan_start_s is None:
-            if len(course(flown.mission).waypoints) < 2:
-                return None
+        flight, figures = LoggedFlight.of(read_log(flown.log_path)), None
+        if flown.plan is not None and flown.plan_start_s is not None:
+            figures = evaluate(flown.plan, flown.plan_start_s, flight.log, flown.vehicle)
+            flight = replace(
+                flight,
+                mission=flown.mission.name,
+                plan=flown.plan,
+                start_s=flown.plan_start_s,
+                vehicle=flown.vehicle,
+                figures=figures,
+            )
+        self._report(flight, {} if flown.board is None else {"steps on the board": str(flown.board["steps"])})
+        if figures is not None:
+            self._keep(self.as_json(flown, figures))
+        elif len(course(flown.mission).waypoints) >= 2:
             raise FlightError(
                 f"{flight.mission} was flown by the autopilot alone, its plan was not; the log is {self.log}"
             )
-        if flight.figures is None:
-            raise FlightError(f"{self.log} does not hold the plan that was flown; was the disk full?")
-        self._keep(self.as_json(flown, flight.figures))
-        return flight.figures
+        return figures
 
     def write_failed(self, error: HalfrollError) -> None:
         """The same for a flight that `error` has ended, as far as its log goes; the error then names the files."""
