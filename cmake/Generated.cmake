@@ -1,4 +1,5 @@
-# What is made at build time and never committed: MAVLink headers (and the ground's dialect), the tables of shipped vehicles and scenarios.
+# What is made at build time and never committed: MAVLink headers (and the ground's dialect), the tables of shipped vehicles and scenarios,
+# the commit that is built.
 set(HALFROLL_GENERATED ${CMAKE_BINARY_DIR}/generated)
 
 add_custom_command(
@@ -21,3 +22,10 @@ foreach(table IN ITEMS vehicle scenario)
     COMMENT "Generating the table of shipped ${table}s" VERBATIM)
   add_custom_target(${table}_table DEPENDS ${HALFROLL_GENERATED}/${table}s/shipped_${table}s.inc)
 endforeach()
+
+# looked up in each build, written when it has changed
+add_custom_target(commit
+  COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DHEADER=${HALFROLL_GENERATED}/commit/commit.hpp
+    -P ${CMAKE_SOURCE_DIR}/cmake/commit.cmake
+  BYPRODUCTS ${HALFROLL_GENERATED}/commit/commit.hpp
+  VERBATIM)

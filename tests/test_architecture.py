@@ -23,10 +23,10 @@ DOCUMENT = (ROOT / "docs" / "architecture.md").read_text()
 GENERATED_HEADERS = "development/mavlink.h"
 ONLY_USER = {  # package: the modules that may import it, as in the table of layers
     "pymavlink": "wire/link",
-    "matplotlib": "drawing, results/report, campaign/page",
+    "matplotlib": "drawing, results/pictures, results/report_pdf, campaign/page",
     "pyulog": "results/log",
     "typer": "cli/*",
-    "rich": "console, console_flight, campaign_console, viewer/server",
+    "rich": "console, console_flight, console_logs, campaign_console, viewer/server",
     "viser": "viewer/server",
 }
 AXES_OF_THE_WIRE = {
@@ -41,6 +41,7 @@ AXES_OF_THE_WIRE = {
     "codec_telemetry",
     "messages",
     "wire_ids",
+    "px4_topics",
 }
 STORED_AS_THEY_CAME = {"commands", "autopilot_commands", "vehicle_status"}
 

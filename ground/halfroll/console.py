@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from halfroll.paper.claims import Claim
     from halfroll.planner.plan import Plan
     from halfroll.preflight import Preflight
+    from halfroll.replay import Replayed
     from halfroll.results.evaluation import FlightFigures
     from halfroll.results.flight_files import FlightFiles
     from halfroll.vehicle import Vehicle
@@ -77,7 +78,8 @@ def show_flight(flown: FlightResult, figures: FlightFigures | None, files: Fligh
         out.print(Text(f"note: {note}", "yellow"))
     if figures is None:
         out.print(Text("flown by the autopilot alone: there was nothing to plan", "bold green"))
-        out.print(Text(f"log    {files.log}"), soft_wrap=True)
+        for name, path in (("log", files.log), ("report", files.report)):
+            out.print(Text(f"{name:7}{path}"), soft_wrap=True)
         return
     table = Table("", "", "", box=None, show_header=False, padding=(0, 2, 0, 0))
     for name, measured, beside in _flight_rows(flown, figures, real_time):
@@ -90,6 +92,21 @@ def show_flight(flown: FlightResult, figures: FlightFigures | None, files: Fligh
         out.print(Text("flown within limits", "bold green"))
     for name, path in (("log", files.log), ("report", files.report)):
         out.print(Text(f"{name:7}{path}"), soft_wrap=True)
+
+
+def show_replay(again: Replayed, differs_s: float | None, first: Mapping[str, Any], second: Mapping[str, Any]) -> None:
+    out = console()
+    out.print(Text(f"flew {again.flown_s:.3f} s again, commands {again.commands_sha256}"), soft_wrap=True)
+    if differs_s is None:
+        out.print(Text("every rotor command is equal in every bit", "bold green"))
+    else:
+        out.print(Text(f"rotor commands differ from {differs_s:.3f} s on", "bold red"))
+        commits = [str(info.get("ver_sw"))[:12] for info in (first, second)]
+        if commits[0] != commits[1]:
+            out.print(
+                Text(f"the log is of commit {commits[0]}, this is {commits[1]}: they may fly otherwise", "yellow")
+            )
+    out.print(Text(f"log    {again.log}"), soft_wrap=True)
 
 
 def show_claims(claims: Sequence[Claim], folder: Path) -> None:

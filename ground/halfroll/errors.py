@@ -18,9 +18,14 @@ HalfrollError
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 
 class HalfrollError(Exception):
-    """Base of all errors halfroll raises on purpose. `kind` is the stable name in JSON."""
+    """Base of all errors halfroll raises on purpose. `kind` is the stable name in JSON.
+
+    files: what was left all the same, by name.
+    """
 
     exit_code = 2
     kind = "error"
@@ -28,6 +33,7 @@ class HalfrollError(Exception):
     def __init__(self, message: str, item: int | None = None) -> None:
         super().__init__(message)
         self.item = item
+        self.files: Mapping[str, str] = {}
 
 
 class InputError(HalfrollError):

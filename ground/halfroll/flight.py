@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
@@ -25,6 +25,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from halfroll import boards, simulator
 from halfroll.errors import HalfrollError, InputError, LinkError, PortInUse, SimulatorDied
+from halfroll.flight_recorder import FlightRecorder
 from halfroll.missions.geodesy import GeoPoint
 from halfroll.missions.mission import DEFAULT_OPTIONS, LimitsKind, Mission, PlanMode, PlanOptions
 from halfroll.missions.mission_files import load_mission
@@ -116,6 +117,7 @@ def fly(
     planned: Planned | None = None,
     origin: GeoPoint | None = None,
     log_path: str | Path | None = None,
+    command: str | None = None,
     instance: int | None = None,
     board: str | None = None,
     beside: bool = False,
@@ -130,10 +132,11 @@ def fly(
     as for preflight.plan; in_world: the vehicle as it is, where its autopilot and the planner are to know another;
     planned: the plan of exactly this mission, in place of one made on the way; speed: times real time, 0 as fast as it
     goes (default in lockstep; 1 else); origin: of W, default the planned home of a .plan; log_path: default in a new
-    temporary folder; instance: of the ports, default the first that is free; board: as for boards.command, flies in
-    place of the simulator's own firmware, or with `beside` along with it, compared bit by bit; watched: events of kind
-    time bring a Glance ten times a second; on_ports(instance) is called before it flies, for whoever wants to watch;
-    progress(phase, fraction or None) and report(event) are called on the way.
+    temporary folder, the raw link beside it as .tlog; command: that flies this again, for the log; instance: of the
+    ports, default the first that is free; board: as for boards.command, flies in place of the simulator's own firmware,
+    or with `beside` along with it, compared bit by bit; watched: events of kind time bring a Glance ten times a second;
+    on_ports(instance) is called before it flies, for whoever wants to watch; progress(phase, fraction or None) and
+    report(event) are called on the way.
 
     Raises MissionError and PlanError for what cannot be flown, FlightError when it ended early, PortInUse,
     SimulatorDied and other LinkErrors. Nothing is left running, whatever is raised (KeyboardInterrupt, too).
@@ -146,6 +149,7 @@ def fly(
     flown_by = built_vehicle(vehicle or world.vehicle or "mit-vp", overrides)
     options = PlanOptions.of(mode, limits, margin, changes, yaw)
     log = Path(log_path) if log_path else Path(tempfile.mkdtemp(prefix="halfroll-")) / "flight.ulg"
+    recorder = FlightRecorder(log, _asked(wanted, flown, flown_by, world, options, command))
     progress("start the simulator", None)
     with contextlib.ExitStack() as stack:
         number, sockets = _ports(instance)
@@ -175,11 +179,23 @@ def fly(
         crew = stack.enter_context(_process(python, keep=descriptors))
         theirs.close()
         with contextlib.suppress(ConnectionError):  # it ended at once; the watch says so
-            ours.send(Orders(flown, flown_by, options, core, TOLD_PORT + number, watched, planned))
-        watch = _Watch(flown, sitl, output, crew, ours, log, progress, report)
-        debriefing = watch.until_debriefed()
+            tlog = log.with_suffix(".tlog")
+            ours.send(Orders(flown, flown_by, options, core, TOLD_PORT + number, watched, planned, tlog))
+
+        def heard(event: Event) -> None:
+            recorder.hear(event)
+            if event.kind != "time" or event.glance:
+                report(event)
+
+        watch = _Watch(flown, sitl, output, crew, ours, log, progress, heard)
+        try:
+            debriefing = watch.until_debriefed()
+        except HalfrollError as error:
+            recorder.end(None, error, {})
+            raise
+        record = debriefing.record
+        recorder.end(record, None, {"lockstep": debriefing.lockstep, "notes": notes})
         said = watch.until_simulator_ends()
-    record = debriefing.record
     return FlightResult(
         mission=flown,
         vehicle=flown_by,
@@ -195,6 +211,27 @@ def fly(
         notes=tuple(notes),
         board=json.loads(found[1]) if (found := _BOARD.search(said)) else None,
     )
+
+
+def _asked(
+    wanted: Mission,
+    flown: Mission,
+    vehicle: Vehicle,
+    world: Scenario,
+    options: PlanOptions,
+    command: str | None,
+) -> dict[str, str]:
+    """What the log keeps of what was asked for, by name."""
+    asked = {
+        "mission": wanted.name,
+        "mission_items": json.dumps([asdict(item) for item in flown.items], default=str),
+        "vehicle_numbers": vehicle.model_dump_json(),
+        "scenario_numbers": world.model_dump_json(),
+        "plan_options": json.dumps(asdict(options), default=str),
+    }
+    with contextlib.suppress(OSError, UnicodeDecodeError, TypeError):
+        asked["mission_file"] = Path(wanted.source or "").read_text(encoding="utf-8")
+    return asked if command is None else {**asked, "command": command}
 
 
 def run_ground(
@@ -298,8 +335,7 @@ class _Watch:
     def _pass_on(self, event: Event) -> None:
         self._t_s, self._heard_s = max(self._t_s, event.t_s), wall_s()
         self._item = self._item if event.item is None else event.item
-        if event.kind != "time" or event.glance:
-            self._report(event)
+        self._report(event)
         if event.kind in _PHASES:
             self._progress(_PHASES[event.kind], event.fraction if event.kind in ("flying", "progress") else None)
 

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "boards/host/byte_channel.hpp"
+#include "commit.hpp"
 #include "sim/sitl/bad_option.hpp"
+#include "sim/sitl/replay.hpp"
 #include "sim/sitl/simulation.hpp"
 
 namespace {
@@ -48,8 +50,24 @@ halfroll::sitl::VehicleSetup setup_from(const Options& options) {
   return setup;
 }
 
+halfroll::sitl::Version version() { return {HALFROLL_VERSION, HALFROLL_COMMIT}; }
+
+int report(const halfroll::sitl::SimulatedVehicle& vehicle) {
+  std::printf("halfroll-sitl: flew %.3f s of vehicle time, commands_sha256 %s\n", vehicle.flown_s(),
+              vehicle.commands_sha256().c_str());
+  if (!vehicle.board_report().empty()) std::printf("halfroll-sitl: board %s\n", vehicle.board_report().c_str());
+  return 0;
+}
+
+int replay(const Options& given) {
+  const Options options = halfroll::sitl::options_of_log(given.replay, given.log);
+  halfroll::sitl::Replay replay(options, setup_from(options), version());
+  replay.run();
+  return report(replay.vehicle());
+}
+
 int fly(const Options& options) {
-  halfroll::sitl::Simulation simulation(options, setup_from(options), HALFROLL_VERSION, stop);
+  halfroll::sitl::Simulation simulation(options, setup_from(options), version(), stop);
   if (options.bind != "127.0.0.1") {
     complain(0, "warning: listening on " + options.bind + ", anybody who reaches it can fly this vehicle");
   }
@@ -61,10 +79,7 @@ int fly(const Options& options) {
       static_cast<unsigned long long>(options.seed));
   std::fflush(stdout);
   simulation.run();
-  std::printf("halfroll-sitl: flew %.3f s of vehicle time, commands_sha256 %s\n", simulation.flown_s(),
-              simulation.commands_sha256().c_str());
-  if (!simulation.board_report().empty()) std::printf("halfroll-sitl: board %s\n", simulation.board_report().c_str());
-  return 0;
+  return report(simulation.vehicle());
 }
 
 }  // namespace
@@ -74,7 +89,8 @@ int main(int argc, char** argv) {
   try {
     const Options options = halfroll::sitl::parse_options(std::vector<std::string>(argv + 1, argv + argc));
     if (options.help) return std::fputs(halfroll::sitl::help_text().c_str(), stdout) < 0;
-    if (options.version) return std::puts("halfroll-sitl " HALFROLL_VERSION) < 0;
+    if (options.version) return std::puts("halfroll-sitl " HALFROLL_VERSION " " HALFROLL_COMMIT) < 0;
+    if (!options.replay.empty()) return replay(options);
     return fly(options);
   } catch (const halfroll::host::PortInUse& taken) {
     return complain(kLost, std::string(taken.what()) +

@@ -22,6 +22,7 @@ class OnBoard final : public Firmware {
   void ask_time() override;
   const hil::Shown& shown() const override { return shown_; }
   const Params& params() const override { return params_; }
+  link::StoredImage stored(link::StorageSlot) const override { return {}; }
   bool has_links_of_its_own() const override { return true; }
   /// One line of JSON.
   std::string finish() override;

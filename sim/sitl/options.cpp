@@ -133,8 +133,10 @@ const std::vector<Row>& rows() {
        [](Options& o, Given&, S s) { take_signing(o, s); }},
       {"signing-key", "FILE", "key for --signing, 64 hexadecimal digits (none)",
        [](Options& o, Given&, S s) { take_signing_key(o, s); }},
-      {"log", "FILE.ulg", "write truth, estimate, references and rotor commands (none)",
+      {"log", "FILE.ulg", "write truth, estimate, references, commands, all that is heard (none)",
        [](Options& o, Given&, S s) { o.log = s; }},
+      {"replay", "FILE.ulg", "fly what a log's firmware heard again, and nothing else (none)",
+       [](Options& o, Given&, S s) { o.replay = s; }},
       {"board", "COMMAND", "fly the firmware of a board: a program that speaks by its standard input and output",
        [](Options& o, Given&, S s) { o.board = s; }},
       {"board-port", "DEVICE:BAUD", "fly the firmware of a board at a serial port",
@@ -160,6 +162,12 @@ const std::vector<Row>& rows() {
       {"version", nullptr, "name and version", [](Options& o, Given&, S) { o.version = true; }},
   };
   return table;
+}
+
+/// Whether the option is of the vehicle and its world; the others say where it runs and what is kept.
+bool makes_the_flight(const std::string& name) {
+  constexpr std::array<const char*, 6> kOthers = {"log", "replay", "storage", "board", "board-port", "board-beside"};
+  return std::find(kOthers.begin(), kOthers.end(), name) == kOthers.end();
 }
 
 const Row& find_row(const std::string& name) {
@@ -199,6 +207,7 @@ Options parse_options(const std::vector<std::string>& arguments) {
     if (word.rfind("--", 0) != 0) throw BadOption("'" + word + "' is not an option; --help lists them");
     const std::size_t equals = word.find('=');
     const Row& row = find_row(word.substr(2, equals == std::string::npos ? equals : equals - 2));
+    const std::size_t first = i;
     if (row.argument == nullptr) {
       if (equals != std::string::npos) throw BadOption("--" + std::string(row.name) + " takes no value");
       row.take(options, given, "");
@@ -208,6 +217,10 @@ Options parse_options(const std::vector<std::string>& arguments) {
       row.take(options, given, arguments[++i]);
     } else {
       throw BadOption(word + " needs a value: " + word + " " + row.argument);
+    }
+    if (makes_the_flight(row.name)) {
+      const auto from = arguments.begin() + static_cast<std::ptrdiff_t>(first);
+      options.arguments.insert(options.arguments.end(), from, arguments.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }
   }
   options.scenario = make_scenario(options.scenario_name, options.scenario_settings);

@@ -24,8 +24,10 @@ struct Options {
   double speed = 1.0;  // times real time; 0 is as fast as it goes, the default in lockstep
   bool px4_identity = false;
   link::Origin origin{473977420, 85455940, 488000};
-  std::string storage;            // directory; empty: nothing outlives the process
-  std::string log;                // ULog file; empty: none
+  std::string storage;                 // directory; empty: nothing outlives the process
+  std::string log;                     // ULog file; empty: none
+  std::string replay;                  // ULog file to fly again; empty: fly anew
+  std::vector<std::string> arguments;  // that make the same vehicle in the same world
   std::string board, board_port;  // command of a board, or its serial port; empty: the firmware flies in this process
   bool board_beside = false;      // and in this process, too, to compare every bit
   std::uint16_t port_offboard = 0, peer_offboard = 0, port_gcs = 0, peer_gcs = 0;

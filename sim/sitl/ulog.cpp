@@ -1,5 +1,9 @@
 #include "sim/sitl/ulog.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstring>
 #include <stdexcept>
 
@@ -7,8 +11,10 @@ namespace halfroll::sitl {
 
 static_assert(sizeof(float) == 4, "ULog floats have four bytes");
 
-Ulog::Ulog(const std::string& path) : file_(path, std::ios::binary | std::ios::trunc) {
-  if (!file_) throw std::runtime_error("--log " + path + " cannot be written");
+Ulog::Ulog(const std::string& path)
+    : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644)) {
+  if (file_ < 0) throw std::runtime_error("--log " + path + " cannot be written: " + std::strerror(errno));
+  buffer_.reserve(2 * kLargest);
   const unsigned char header[16] = {'U', 'L', 'o', 'g', 0x01, 0x12, 0x35, 1};  // version 1, begins at time 0
   append(header, sizeof header);
   open_message('B');
@@ -17,30 +23,37 @@ Ulog::Ulog(const std::string& path) : file_(path, std::ios::binary | std::ios::t
   close_message();
 }
 
-void Ulog::info(const std::string& key, const std::string& text) {
-  const std::string typed = "char[" + std::to_string(text.size()) + "] " + key;
-  open_message('I');
-  put(static_cast<std::uint8_t>(typed.size()));
-  append(typed);
-  append(text);
-  close_message();
+Ulog::~Ulog() {
+  flush();
+  ::close(file_);
 }
 
-void Ulog::param(const std::string& id, float initial) {
-  const std::string typed = "float " + id;
-  open_message('P');
-  put(static_cast<std::uint8_t>(typed.size()));
-  append(typed);
-  put(initial);
+void Ulog::info(const std::string& key, const std::string& text) {
+  typed('I', "char[" + std::to_string(text.size()) + "] " + key, text.data(), text.size());
+}
+void Ulog::info(const std::string& key, std::int32_t number) { typed('I', "int32_t " + key, &number, sizeof number); }
+void Ulog::info(const std::string& key, float number) { typed('I', "float " + key, &number, sizeof number); }
+void Ulog::param(const std::string& id, float initial) { typed('P', "float " + id, &initial, sizeof initial); }
+void Ulog::param(const std::string& id, std::int32_t initial) { typed('P', "int32_t " + id, &initial, sizeof initial); }
+
+void Ulog::typed(char type, const std::string& type_and_key, const void* value, std::size_t size) {
+  open_message(type);
+  put(static_cast<std::uint8_t>(type_and_key.size()));
+  append(type_and_key);
+  append(value, size);
   close_message();
 }
 
 Ulog::Topic Ulog::add_topic(const std::string& name, const std::string& fields) {
+  announce(name, fields);
+  topics_.push_back(name);
+  return static_cast<Topic>(topics_.size() - 1);
+}
+
+void Ulog::announce(const std::string& name, const std::string& fields) {
   open_message('F');
   append(name + ":uint64_t timestamp;" + fields);
   close_message();
-  topics_.push_back(name);
-  return static_cast<Topic>(topics_.size() - 1);
 }
 
 void Ulog::begin_data() {
@@ -52,6 +65,7 @@ void Ulog::begin_data() {
     append(topics_[i]);
     close_message();
   }
+  flush();
 }
 
 void Ulog::begin(Topic topic, std::uint64_t t_us) {
@@ -71,8 +85,17 @@ void Ulog::text(std::uint8_t severity, std::uint64_t t_us, const std::string& li
 }
 
 void Ulog::flush() {
-  file_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
-  file_.flush();
+  const char* from = buffer_.data();
+  for (std::size_t left = buffer_.size(); left > 0;) {
+    const ssize_t written = ::write(file_, from, left);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      good_ = false;
+      break;
+    }
+    from += written;
+    left -= static_cast<std::size_t>(written);
+  }
   buffer_.clear();
 }
 
@@ -85,6 +108,7 @@ void Ulog::open_message(char type) {
 void Ulog::close_message() {
   const auto size = static_cast<std::uint16_t>(buffer_.size() - message_ - 3);
   std::memcpy(buffer_.data() + message_, &size, sizeof size);
+  if (buffer_.size() > kLargest) flush();
 }
 
 void Ulog::append(const void* bytes, std::size_t size) {

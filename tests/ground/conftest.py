@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-OFFBOARD, MISSION = 5, 2
+OFFBOARD, MISSION = 5, 1
 TOPICS = {
     "vehicle_truth": "uint64_t timestamp;double[3] p;double[3] v;double[4] q;double[3] w;double[4] f;",
     "rotor_commands": "uint64_t timestamp;float[4] thrust;",
@@ -49,6 +49,12 @@ class Circle:
     T: float = 4.0
     times_s: tuple[float, ...] = (0.0, 1.0, 2.0, 3.0, 4.0)
     certified: bool = True
+    violation_N: float = 0.0
+    mode: str = "paper"
+    warnings: tuple[str, ...] = ()
+    vehicle: SimpleNamespace = field(
+        default_factory=lambda: SimpleNamespace(rotor=SimpleNamespace(thrust_min_N=-3.0, thrust_max_N=3.0))
+    )
     rotor_min: tuple[float, ...] = (0.3,) * 4
     rotor_max: tuple[float, ...] = (2.5,) * 4
     saved: list[Path] = field(default_factory=list)

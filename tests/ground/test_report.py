@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from halfroll.errors import InputError
+from halfroll.results.evaluation import evaluate
 from halfroll.results.log import read_log
-from halfroll.results.report import evaluate, save_picture, write_report
+from halfroll.results.logged_flight import LoggedFlight
+from halfroll.results.pictures import save_comparison, save_picture
+from halfroll.results.report import report_json, write_report
+from halfroll.results.report_pdf import write_pdf
 from halfroll.vehicle import load_vehicle
 
 START_S = 3.0
@@ -104,6 +107,20 @@ def test_a_log_that_ends_before_the_plan_began_is_refused(tmp_path, fly_circle, 
         evaluate(circle, 50.0, log, VEHICLE)
 
 
+@pytest.fixture
+def flown(tmp_path, fly_circle, circle):
+    """A flight whose log says nothing of its plan: that is given."""
+
+    def fly(judged=True, outcome=None, name="f.ulg", **flight):
+        log = read_log(fly_circle(tmp_path / name, **flight))
+        figures = evaluate(circle, START_S, log, VEHICLE) if judged else None
+        command = "halfroll fly 'a<b>.plan' --seed 7"
+        plan, start_s = (circle, START_S) if judged else (None, None)
+        return LoggedFlight(log, "a<b>.plan", command, plan, start_s, VEHICLE, figures, outcome or {})
+
+    return fly
+
+
 class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
@@ -125,13 +142,17 @@ class Page(HTMLParser):
 
 
 @pytest.fixture
-def page(tmp_path, fly_circle, circle):
-    log = read_log(fly_circle(tmp_path / "f.ulg", offset=(0.0, 0.03, 0.0)))
-    figures = evaluate(circle, START_S, log, VEHICLE)
-    path = tmp_path / "report.html"
-    command = "halfroll fly 'a<b>.plan' --seed 7"
-    write_report(path, figures, circle, START_S, log, VEHICLE, mission="a<b>.plan", command=command)
-    return path.read_text(encoding="utf-8")
+def written(tmp_path):
+    def write(flight):
+        write_report(tmp_path / "report.html", flight)
+        return (tmp_path / "report.html").read_text(encoding="utf-8")
+
+    return write
+
+
+@pytest.fixture
+def page(flown, written):
+    return written(flown(offset=(0.0, 0.03, 0.0)))
 
 
 def test_the_report_is_one_file_that_loads_nothing_else(page):
@@ -157,24 +178,61 @@ def test_every_colour_of_a_picture_is_one_of_the_pages_own_so_that_it_suits_dark
     assert "prefers-color-scheme: dark" in page
 
 
-def test_the_same_flight_gives_the_same_report(tmp_path, fly_circle, circle):
-    log = read_log(fly_circle(tmp_path / "f.ulg"))
-    figures = evaluate(circle, START_S, log, VEHICLE)
-    written = []
-    for name in ("a.html", "b.html"):
-        write_report(tmp_path / name, figures, circle, START_S, log, VEHICLE, mission="m", command="c")
-        written.append((tmp_path / name).read_bytes())
-    assert written[0] == written[1]
+def test_the_same_flight_gives_the_same_report(flown, written):
+    assert written(flown()) == written(flown())
 
 
-def test_a_bad_flight_is_reported_as_bad(tmp_path, fly_circle, circle):
-    log = read_log(fly_circle(tmp_path / "f.ulg"))
-    figures = evaluate(circle, START_S, log, VEHICLE)
-    bad = replace(figures, checks=(replace(figures.checks[0], holds=False), *figures.checks[1:]))
-    write_report(tmp_path / "r.html", bad, circle, START_S, log, VEHICLE, mission="m", command="c")
-    assert "Out of limits" in (tmp_path / "r.html").read_text(encoding="utf-8")
+def test_a_bad_flight_is_reported_as_bad(flown, written):
+    assert "Out of limits: distance from the plan: 0.600 m, allowed 0.5 m" in written(flown(offset=(0.0, 0.6, 0.0)))
 
 
-def test_the_picture_is_a_png(tmp_path, fly_circle, circle):
-    save_picture(tmp_path / "f.png", circle, START_S, read_log(fly_circle(tmp_path / "f.ulg")), VEHICLE)
+def test_verdict_and_cause_come_before_all_figures(flown, written):
+    outcome = {"error": {"kind": "flight", "message": "the vehicle landed early, at item 4; it said: Fence breached"}}
+    page = written(flown(outcome=outcome, disarm_s=8.0))
+    assert page.index("Failed: the vehicle landed early, at item 4") < page.index('class="tiles"')
+    assert page.index("Failed:") < page.index("<svg")
+
+
+def test_a_flight_without_a_plan_is_drawn_as_far_as_its_log_goes(flown, written):
+    page = written(flown(judged=False))
+    assert page.count("<svg") == 5
+    assert "Flown without a plan" in page
+    assert "NaN" not in page
+
+
+def test_the_numbers_of_the_report_are_those_for_programs(flown):
+    good, bad = (report_json(flown(offset=offset)) for offset in ((0.0, 0.0, 0.0), (0.0, 0.6, 0.0)))
+    assert (good["good"], bad["good"]) == (True, False)
+    assert bad["flown"]["tracking_max_m"] == pytest.approx(0.6)
+    assert bad["failed"] == ["distance from the plan", "distance from waypoints when due"]
+    assert good["plan"]["T_s"] == 4.0
+
+
+def test_the_mode_that_flew_is_named_as_the_autopilot_does(page):
+    text = Page(page).text
+    assert "offboard" in text
+    assert "mission" in text
+
+
+def test_the_picture_is_a_png(tmp_path, flown):
+    save_picture(tmp_path / "f.png", flown())
     assert (tmp_path / "f.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_of_another_kind_is_refused_by_name(tmp_path, flown):
+    with pytest.raises(InputError, match=r"f\.bmp: pictures are written as \.png, \.pdf, \.svg"):
+        save_picture(tmp_path / "f.bmp", flown())
+
+
+def test_the_pdf_has_a_page_of_words_and_one_for_each_picture(tmp_path, flown):
+    write_pdf(tmp_path / "r.pdf", flown())
+    pdf = (tmp_path / "r.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type /Page\b", pdf)) == 6
+    write_pdf(tmp_path / "again.pdf", flown())
+    assert (tmp_path / "again.pdf").read_bytes() == pdf
+
+
+def test_two_flights_are_drawn_together(tmp_path, flown):
+    save_comparison(tmp_path / "both.png", [flown(), flown(name="g.ulg", offset=(0.1, 0.0, 0.0))])
+    assert (tmp_path / "both.png").read_bytes().startswith(b"\x89PNG")

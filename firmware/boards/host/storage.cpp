@@ -93,6 +93,10 @@ link::StoredImage Storage::stored(link::StorageSlot slot) const {
   return {kept.state, kept.image.data(), kept.image.size()};
 }
 
+void Storage::keep(link::StorageSlot slot, link::StoredState state, std::vector<std::uint8_t> image) {
+  kept_[index(slot)] = {state, std::move(image)};
+}
+
 link::StorageResult Storage::write(const link::StorageRequest& request) {
   if (request.slot == link::StorageSlot::kNone) return {};
   if (!directory_.empty()) {

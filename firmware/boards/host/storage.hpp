@@ -22,6 +22,9 @@ class Storage {
   /// Keep a new image; on failure the old one stays.
   link::StorageResult write(const link::StorageRequest& request);
 
+  /// What a slot shall hold while the process lives, on no medium.
+  void keep(link::StorageSlot slot, link::StoredState state, std::vector<std::uint8_t> image);
+
  private:
   struct Kept {
     link::StoredState state = link::StoredState::kNothing;

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from halfroll.cli import campaign, flying, paper, params, planning, viewing
+from halfroll.cli import campaign, flying, log, paper, params, planning, viewing
 from halfroll.cli.endings import fail, terminate
 from halfroll.errors import InputError
 
@@ -51,6 +51,7 @@ app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options"
 app.command()(flying.ground)
 app.command()(viewing.view)
 app.command()(paper.paper)
+app.add_typer(log.log, name="log")
 app.command()(campaign.campaign)
 app.command()(campaign.tune)
 app.add_typer(params.params, name="params")

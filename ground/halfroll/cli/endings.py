@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
@@ -61,6 +61,8 @@ def fail(error: HalfrollError, as_json: bool) -> NoReturn:
     if as_json:
         print(json.dumps(error_json(error)))
     say_error(str(error))
+    for name, file in error.files.items():
+        typer.echo(f"{name:7}{file}", err=True)
     raise Ended(error.exit_code)
 
 
@@ -68,8 +70,8 @@ def say_error(sentence: str) -> None:
     typer.echo(typer.style("error: ", fg="red") + sentence, err=True)
 
 
-def error_json(error: HalfrollError | None) -> dict[str, dict[str, str | int]]:
+def error_json(error: HalfrollError | None) -> dict[str, Any]:
     if error is None:
         return {}
     about: dict[str, str | int] = {"kind": error.kind, "message": str(error)}
-    return {"error": about if error.item is None else {**about, "item": error.item}}
+    return {"error": about if error.item is None else {**about, "item": error.item}, **error.files}

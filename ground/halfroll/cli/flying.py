@@ -29,7 +29,7 @@ from halfroll.cli.options import (
     share,
 )
 from halfroll.cli.viewing import page_beside, require_viser
-from halfroll.errors import FlightError, InputError
+from halfroll.errors import FlightError, HalfrollError, InputError
 
 
 def fly(
@@ -66,7 +66,9 @@ def fly(
         bool, typer.Option("--replay", help="Also write DIR/replay.html, which shows the flight in any browser.")
     ] = False,
     log: Annotated[Path | None, typer.Option(metavar="F.ulg", help="Where the log goes; else into DIR.")] = None,
-    report: Annotated[Path | None, typer.Option(metavar="R.html", help="Where the report goes; else into DIR.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="R", help="An .html or .pdf file; else DIR/report.html.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="The flight's folder, overwritten; else flights/MISSION-VEHICLE.")
     ] = None,
@@ -94,33 +96,38 @@ def fly(
         with contextlib.ExitStack() as stack:
             beside_page = stack.enter_context(page_beside(flown_by)) if live else None
             said, report_event = stack.enter_context(watched_flight(f"{mission.name} · {flown_by.name}"))
-            flown = fly_mission(
-                wanted,
-                flown_by,
-                scenario=scenario,
-                seed=in_world.seed if seed is None else seed,
-                lockstep=lockstep,
-                speed=1.0 if live and speed is None else speed,
-                limits=limits_kind(limits),
-                margin=share(margin),
-                mode=preflight.planning_mode(mode),
-                changes=limit_changes(changes),
-                yaw=yaw,
-                log_path=files.log,
-                board=board,
-                beside=beside,
-                watched=sys.stderr.isatty(),
-                on_ports=beside_page or (lambda instance: None),
-                progress=said,
-                report=report_event,
-            )
+            try:
+                flown = fly_mission(
+                    wanted,
+                    flown_by,
+                    scenario=scenario,
+                    seed=in_world.seed if seed is None else seed,
+                    lockstep=lockstep,
+                    speed=1.0 if live and speed is None else speed,
+                    limits=limits_kind(limits),
+                    margin=share(margin),
+                    mode=preflight.planning_mode(mode),
+                    changes=limit_changes(changes),
+                    yaw=yaw,
+                    log_path=files.log,
+                    command=command_line(),
+                    board=board,
+                    beside=beside,
+                    watched=sys.stderr.isatty(),
+                    on_ports=beside_page or (lambda instance: None),
+                    progress=said,
+                    report=report_event,
+                )
+            except HalfrollError as error:
+                files.write_failed(error)
+                raise
             if replay:
                 said("replay", None)
                 from halfroll.viewer.notebook import view
 
                 view(flown).save(files.folder / REPLAY)
             said("report", None)
-            figures = files.write(flown, mission=mission.name, command=command_line())
+            figures = files.write(flown)
         if as_json:
             console.print_json(files.as_json(flown, figures))
         else:

@@ -181,15 +181,28 @@ class Plan:
                 path, np.stack(list(columns.values()), axis=1), "%.12g", ",", header=",".join(columns), comments=""
             )
         elif path.suffix == ".json":
-            pieces = {"times": self.trajectory.times.tolist(), "coefficients": self.trajectory.coefficients.tolist()}
-            path.write_text(
-                json.dumps({**self._description(), "trajectory": pieces}, indent=1) + "\n", encoding="utf-8"
-            )
+            path.write_text(self.as_json() + "\n", encoding="utf-8")
         elif path.suffix == ".npz":
             description = np.array(json.dumps(self._description()))
             np.savez(path, plan=description, times=self.trajectory.times, coefficients=self.trajectory.coefficients)
         else:
             raise InputError(f"{path}: a plan is written as .npz, .json or .csv; choose one of these endings")
+
+    def as_json(self) -> str:
+        """All of it, bit for bit: what `save` writes as .json."""
+        pieces = {"times": self.trajectory.times.tolist(), "coefficients": self.trajectory.coefficients.tolist()}
+        return json.dumps({**self._description(), "trajectory": pieces}, indent=1)
+
+    @classmethod
+    def of_json(cls, text: str, where: str = "this text") -> Plan:
+        """What as_json wrote. Raises InputError."""
+        try:
+            table = json.loads(text)
+            return cls._described(
+                table, {k: np.array(table["trajectory"][k], dtype=float) for k in ("times", "coefficients")}
+            )
+        except (KeyError, ValueError, TypeError) as error:
+            raise InputError(f"{where} is not a plan that halfroll wrote ({error}); plan the mission again") from None
 
     @classmethod
     def load(cls, path: str | Path) -> Plan:
@@ -199,29 +212,31 @@ class Plan:
             if path.suffix == ".npz":
                 with np.load(path, allow_pickle=False) as stored:
                     table, pieces = json.loads(str(stored["plan"])), {k: stored[k] for k in ("times", "coefficients")}
-            elif path.suffix == ".json":
-                table = json.loads(path.read_text(encoding="utf-8"))
-                pieces = {k: np.array(table["trajectory"][k], dtype=float) for k in ("times", "coefficients")}
-            else:
-                raise InputError(f"{path}: a plan is read from .npz or .json")
-            return cls(
-                waypoints=tuple(_waypoint(point) for point in table["waypoints"]),
-                vehicle=Vehicle.model_validate(table["vehicle_numbers"]),
-                trajectory=PiecewisePolynomial(**pieces),
-                times_s=tuple(table["times_s"]),
-                rotor_min=tuple(table["rotor_min_N"]),
-                rotor_max=tuple(table["rotor_max_N"]),
-                certified=table["certified"],
-                violation_N=table["violation_N"],
-                warnings=tuple(table["warnings"]),
-                flips=tuple(table["flips_s"]),
-                mode=table["mode"],
-                turns=None if table["turns_s"] is None else tuple((start, end) for start, end in table["turns_s"]),
-            )
+                return cls._described(table, pieces)
+            if path.suffix == ".json":
+                return cls.of_json(path.read_text(encoding="utf-8"), str(path))
+            raise InputError(f"{path}: a plan is read from .npz or .json")
         except OSError as error:
             raise InputError(f"plan {path}: {error.strerror or error}; check the path") from None
         except (KeyError, ValueError, TypeError) as error:
             raise InputError(f"{path} is not a plan that halfroll wrote ({error}); plan the mission again") from None
+
+    @classmethod
+    def _described(cls, table: dict[str, Any], pieces: dict[str, Array]) -> Plan:
+        return cls(
+            waypoints=tuple(_waypoint(point) for point in table["waypoints"]),
+            vehicle=Vehicle.model_validate(table["vehicle_numbers"]),
+            trajectory=PiecewisePolynomial(**pieces),
+            times_s=tuple(table["times_s"]),
+            rotor_min=tuple(table["rotor_min_N"]),
+            rotor_max=tuple(table["rotor_max_N"]),
+            certified=table["certified"],
+            violation_N=table["violation_N"],
+            warnings=tuple(table["warnings"]),
+            flips=tuple(table["flips_s"]),
+            mode=table["mode"],
+            turns=None if table["turns_s"] is None else tuple((start, end) for start, end in table["turns_s"]),
+        )
 
     def _description(self) -> dict[str, Any]:
         return {

@@ -14,7 +14,8 @@ from halfroll.errors import InputError
 from halfroll.missions.mission_items import command_name
 from halfroll.results.evaluation import evaluate
 from halfroll.results.log import read_log
-from halfroll.results.report import flight_figure
+from halfroll.results.logged_flight import LoggedFlight
+from halfroll.results.pictures import overview
 
 if TYPE_CHECKING:
     from halfroll.flight import FlightResult
@@ -65,7 +66,7 @@ def picture_of(flight: FlightResult) -> Any:
     """A matplotlib figure. Raises InputError for a flight without a plan."""
     if flight.plan is None or flight.plan_start_s is None:
         raise InputError("the autopilot flew alone: there is no plan to draw the flight beside")
-    return flight_figure(flight.plan, flight.plan_start_s, read_log(flight.log_path), flight.vehicle)
+    return overview(LoggedFlight.of(read_log(flight.log_path)))
 
 
 def _titled(title: str, inside: str) -> str:

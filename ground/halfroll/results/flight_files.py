@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from halfroll.errors import FlightError, InputError
+from halfroll.errors import FlightError, HalfrollError, InputError
 from halfroll.planner.course import course
 from halfroll.results.evaluation import FlightFigures, evaluate
+from halfroll.results.log import read_log
+from halfroll.results.logged_flight import LoggedFlight
+from halfroll.results.report import report_json, write_report
 
 if TYPE_CHECKING:
     from halfroll.flight import FlightResult
@@ -32,10 +36,12 @@ class FlightFiles:
 
     def prepare(self) -> None:
         """Makes the folders and removes what the last flight left, before anything flies. Raises InputError."""
-        named = {self.log: "--log F.ulg", self.report: "--report R.html"}
+        raw_link = self.log.with_suffix(".tlog")
+        named = {self.log: "--log F.ulg", raw_link: "--log F.ulg", self.report: "--report R.html"}
         for file in (
             *(self.folder / name for name in (PLAN, EXACT_PLAN, PICTURE, RESULT, REPLAY)),
             self.log,
+            raw_link,
             self.report,
         ):
             option = "--out DIR" if file.parent == self.folder else named[file]
@@ -48,39 +54,52 @@ class FlightFiles:
                     f"{file}: cannot be written: {error.strerror}; choose another with {option}"
                 ) from error
 
-    def write(self, flown: FlightResult, *, mission: str, command: str) -> FlightFigures | None:
+    def write(self, flown: FlightResult) -> FlightFigures | None:
         """Judges the flight and writes plan, report, picture and figures; None where there was nothing to plan.
 
         Raises FlightError if there was, but no plan was flown.
         """
-        from halfroll.results.log import read_log
-        from halfroll.results.report import save_picture, write_report
-
-        if flown.plan is None or flown.plan_start_s is None:
-            if len(course(flown.mission).waypoints) < 2:
-                return None
-            raise FlightError(f"{mission} was flown by the autopilot alone, its plan was not; the log is {self.log}")
-        log, vehicle = read_log(flown.log_path), flown.vehicle
-        figures = evaluate(flown.plan, flown.plan_start_s, log, vehicle)
-        flown.plan.save(self.folder / PLAN)
-        flown.plan.save(self.folder / EXACT_PLAN)
-        references = f"{flown.references_sent}, {flown.reference_rate_Hz:.2f} per second"
-        write_report(
-            self.report,
-            figures,
-            flown.plan,
-            flown.plan_start_s,
-            log,
-            vehicle,
-            mission=mission,
-            command=command,
-            facts={"references sent": references},
-            replay=self._replay,
-        )
-        save_picture(self.folder / PICTURE, flown.plan, flown.plan_start_s, log, vehicle)
-        result = json.dumps(self.as_json(flown, figures), indent=2)
-        (self.folder / RESULT).write_text(result + "\n", encoding="utf-8")
+        flight, figures = LoggedFlight.of(read_log(flown.log_path)), None
+        if flown.plan is not None and flown.plan_start_s is not None:
+            figures = evaluate(flown.plan, flown.plan_start_s, flight.log, flown.vehicle)
+            flight = replace(
+                flight,
+                mission=flown.mission.name,
+                plan=flown.plan,
+                start_s=flown.plan_start_s,
+                vehicle=flown.vehicle,
+                figures=figures,
+            )
+        self._report(flight, {} if flown.board is None else {"steps on the board": str(flown.board["steps"])})
+        if figures is not None:
+            self._keep(self.as_json(flown, figures))
+        elif len(course(flown.mission).waypoints) >= 2:
+            raise FlightError(
+                f"{flight.mission} was flown by the autopilot alone, its plan was not; the log is {self.log}"
+            )
         return figures
+
+    def write_failed(self, error: HalfrollError) -> None:
+        """The same for a flight that `error` has ended, as far as its log goes; the error then names the files."""
+        try:
+            flight = LoggedFlight.of(read_log(self.log))
+        except InputError:  # it never came to a flight
+            return
+        self._report(flight, {})
+        self._keep(report_json(flight))
+        error.files = {"log": str(self.log), "report": str(self.report)}
+
+    def _report(self, flight: LoggedFlight, facts: Mapping[str, str]) -> None:
+        from halfroll.results.pictures import save_picture
+
+        if flight.plan is not None:
+            flight.plan.save(self.folder / PLAN)
+            flight.plan.save(self.folder / EXACT_PLAN)
+        write_report_as_named(self.report, flight, facts, self._replay)
+        save_picture(self.folder / PICTURE, flight)
+
+    def _keep(self, result: Mapping[str, Any]) -> None:
+        (self.folder / RESULT).write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
 
     @property
     def _replay(self) -> str | None:
@@ -108,3 +127,17 @@ class FlightFiles:
             "log": str(self.log),
             "report": str(self.report),
         }
+
+
+def write_report_as_named(
+    path: Path, flight: LoggedFlight, facts: Mapping[str, str] | None = None, replay: str | None = None
+) -> None:
+    """A page, which links to the replay, or a PDF, as the name ends. Raises InputError for any other name, OSError."""
+    if path.suffix.lower() == ".pdf":
+        from halfroll.results.report_pdf import write_pdf
+
+        write_pdf(path, flight)
+    elif path.suffix.lower() in (".html", ".htm"):
+        write_report(path, flight, facts, replay)
+    else:
+        raise InputError(f"{path}: a report is written as .html or .pdf; end the name in one of them")

@@ -9,7 +9,7 @@ import contextlib
 import io
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -50,14 +50,30 @@ class Topic:
 
 
 @dataclass(frozen=True)
+class LoggedText:
+    """A line that was said; severity as in syslog, 0 emergency to 7 debug."""
+
+    t_s: float
+    severity: int
+    text: str
+
+
+@dataclass(frozen=True)
 class Log:
-    """What one flight left: topics, what the writer said about it (`info`), the autopilot's parameters at the start."""
+    """What one flight left: topics, what the writer said about it (`info`), the autopilot's parameters at the start.
+
+    embedded: whole texts by name, as docs/logs.md lists them: mission_file, vehicle_numbers, plan, outcome, …; texts:
+    what autopilot, simulator and ground station said, in order; changed: parameters set in flight, with the time [s].
+    """
 
     path: Path
     topics: Mapping[str, Topic]
     info: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     damaged: bool = False  # parts of the file could not be read
+    embedded: Mapping[str, str] = field(default_factory=dict)
+    texts: tuple[LoggedText, ...] = ()
+    changed: tuple[tuple[float, str, float], ...] = ()
 
     def __getitem__(self, topic: str) -> Topic:
         """The topic of that name. Raises InputError if it was not logged."""
@@ -101,7 +117,16 @@ def read_log(path: str | Path) -> Log:
         MappingProxyType(dict(ulog.msg_info_dict)),
         MappingProxyType(dict(ulog.initial_parameters)),
         bool(ulog.file_corruption),
+        MappingProxyType({key: _whole(sets[-1]) for key, sets in ulog.msg_info_multiple_dict.items()}),
+        tuple(
+            LoggedText(said.timestamp * 1e-6, said.log_level - ord("0"), said.message) for said in ulog.logged_messages
+        ),
+        tuple((t_us * 1e-6, name, float(number)) for t_us, name, number in ulog.changed_parameters),
     )
+
+
+def _whole(pieces: Sequence[str | bytes]) -> str:
+    return "".join(piece if isinstance(piece, str) else piece.decode(errors="replace") for piece in pieces)
 
 
 def _topic(name: str, columns: Mapping[str, Array]) -> Topic:

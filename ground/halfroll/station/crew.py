@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 from halfroll.errors import HalfrollError, LinkError
 from halfroll.missions.mission import DEFAULT_OPTIONS, Mission, PlanOptions
@@ -26,6 +27,7 @@ from halfroll.station.telling import Teller
 from halfroll.vehicle import Vehicle
 from halfroll.wire.link import Link
 from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND, Message
+from halfroll.wire.tlog import RecordedTransport
 from halfroll.wire.transport import LOOPBACK, Transport, UdpTransport, wait_for_any, wall_s
 
 _POLL_S = 0.02  # how long the planner's outcome may lie unseen
@@ -36,7 +38,7 @@ _TIME_EVERY_S = 0.2  # wall clock: whoever watches hears where the flight is
 @dataclass(frozen=True)
 class Orders:
     """What to fly; core: of the processor, to stay on while flying; told_port: of whoever watches; watched: a person
-    sees how it goes, and wants to know what the rotors do."""
+    sees how it goes, and wants to know what the rotors do; tlog: where the raw link is recorded."""
 
     mission: Mission
     vehicle: Vehicle
@@ -45,6 +47,7 @@ class Orders:
     told_port: int | None = None
     watched: bool = False
     planned: Planned | None = None  # of this mission, in place of planning it
+    tlog: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -97,8 +100,11 @@ def fly_mission(
 ) -> Debriefing:
     """One mission from upload to shutdown of the vehicle; told: where whoever watches hears of it. Raises what ended
     it."""
-    offboard_link = Link(offboard, GROUND)
+    raw = None if orders.tlog is None else RecordedTransport(offboard, orders.tlog)
+    offboard_link = Link(raw or offboard, GROUND)
     gcs_link = Link(gcs, GCS, GCS_SYSTEM, also=("ACTUATOR_OUTPUT_STATUS",) if orders.watched else ())
+    if raw is not None:
+        raw.time_us = lambda: offboard_link.t_us
     with PlanningProcess() if orders.planned is None else ReadyPlan(orders.planned) as planner:
         if orders.core is not None:  # the planner has begun, and goes where it likes
             os.sched_setaffinity(0, {orders.core})
@@ -127,6 +133,8 @@ def fly_mission(
                 report(Event("time", offboard_link.t_us * 1e-6, "", item=pilot.item, glance=glance))
 
         fly_together(station, pilot, ((offboard_link, offboard), (gcs_link, gcs)), look_around)
+    if raw is not None:
+        raw.close()
     record = station.following.record if station.following else None
     return Debriefing(record, station.lockstep, tuple(pilot.texts))
 

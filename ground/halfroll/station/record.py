@@ -33,7 +33,8 @@ class Event:
 
     kind: connected, mission, planning, plan-progress, planned, plan-failed, late, upload, uploaded, armed, approach,
     flying, progress, item, left, handed-back, released, text (STATUSTEXT of the autopilot), landed, time.
-    t_s: vehicle time; fraction: of the planned part; item: its sequence number; glance: with time, where the flight is.
+    t_s: vehicle time; fraction: of the planned part; item: its sequence number; glance: with time, where the flight is;
+    planned: what is ready to be flown.
     """
 
     kind: str
@@ -42,6 +43,7 @@ class Event:
     fraction: float | None = None
     item: int | None = None
     glance: Glance | None = None
+    planned: Planned | None = None
 
 
 @dataclass
@@ -66,6 +68,15 @@ class Record:
     def rate_hz(self, by_wall_clock: bool) -> float:
         times = self.sent_wall_s if by_wall_clock else self.sent_s
         return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else 0.0
+
+    def as_json(self) -> dict[str, float]:
+        """Figures of the link, for the log."""
+        return {
+            "references_sent": self.references_sent,
+            "rate_by_vehicle_Hz": self.rate_hz(by_wall_clock=False),
+            "rate_by_wall_Hz": self.rate_hz(by_wall_clock=True),
+            "interval_p99_s": self.interval_p99_s(),
+        }
 
     def interval_p99_s(self) -> float:
         """99th percentile of the wall-clock time between references."""

@@ -292,7 +292,7 @@ class Station:
             self._say("nothing to plan, flown on board", "plan-failed")
         else:
             self.state = State.READY
-            self._say(f"plan ready, {outcome.plan.T:.2f} s", "planned")
+            self._say(f"plan ready, {outcome.plan.T:.2f} s", "planned", planned=outcome)
             self._take_over_due = self._is_rest and self._mode == wire.MISSION
             if self._armed and not self._take_over_due and self._missed:
                 self._say_late()
@@ -400,11 +400,13 @@ class Station:
 
     # What people hear.
 
-    def _say(self, text: str, kind: str | None = None, severity: int = wire.INFO) -> None:
+    def _say(
+        self, text: str, kind: str | None = None, severity: int = wire.INFO, planned: Planned | None = None
+    ) -> None:
         """To every ground station, through the autopilot."""
         self._link.send(self._link.status_text(f"Mission: {text}", severity))
         if kind:
-            self._tell(kind, text)
+            self._report(Event(kind, self._link.t_us * 1e-6, text, planned=planned))
 
-    def _tell(self, kind: str, text: str, fraction: float | None = None, item: int | None = None) -> None:
-        self._report(Event(kind, self._link.t_us * 1e-6, text, fraction, item))
+    def _tell(self, kind: str, text: str, item: int | None = None) -> None:
+        self._report(Event(kind, self._link.t_us * 1e-6, text, item=item))

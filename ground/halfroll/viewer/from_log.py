@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfroll.results.log import Log, Topic, read_log
-from halfroll.results.report import MODES
+from halfroll.results.pictures import MODES
 from halfroll.vehicle import Vehicle, load_vehicle
 from halfroll.viewer.moments import Array, Moment, Recording, setting_of, with_reference
 
