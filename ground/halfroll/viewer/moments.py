@@ -53,7 +53,7 @@ class Setting:
         """(3,) where a camera sees all of it from, and (3,) what it looks at: from the south-east, above."""
         low, high = self.corners
         middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 2.0 * _SMALLEST_EXTENT_M)
-        return middle + size * np.array([-0.5, -0.5, 0.4]), middle
+        return middle + size * np.array([-0.6, -0.6, 0.45]), middle
 
     @property
     def magnification(self) -> float:
