@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 BUILD = ROOT / "build" / "fuzz"
 HERE = ROOT / "tests" / "fuzz"
-TARGETS = ("byte_stream", "mission_talk", "offboard_flight", "stored_images")
+TARGETS = ("byte_stream", "mission_flight", "mission_talk", "offboard_flight", "stored_images")
 COUNTED = re.compile(r"firmware/(link/|autopilot_link|autopilot_commands|core/mission_runner|boards/two_slots)")
 _LONGEST_INPUT = 4096
 
