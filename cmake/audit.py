@@ -53,7 +53,9 @@ def unhashed() -> Iterator[str]:
     for name, version in pinned().items():
         if hashes.get(name) != version:
             yield f"{name} {version} has no hashes in hashes.txt: run make hashes"
-    yield from (f"{name} is in hashes.txt and not in constraints.txt: run make hashes" for name in hashes.keys() - pinned())
+    yield from (
+        f"{name} is in hashes.txt and not in constraints.txt: run make hashes" for name in hashes.keys() - pinned()
+    )
 
 
 def changed() -> Iterator[str]:

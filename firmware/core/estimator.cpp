@@ -25,6 +25,7 @@ constexpr float kFirstGyroBias = 0.02F;               // [rad/s]
 constexpr float kFirstAccelerometerBias = 0.2F;       // [m/s²]
 constexpr float kActiveRate = 2e-3F;                  // [rad/s], between two poses: not at rest to the last bit
 constexpr float kActiveForce = 0.02F;                 // [m/s²]
+constexpr float kFarthest = 1e6F;                     // [m]; beyond a float cannot tell one place from the next
 
 using namespace error_state;
 
@@ -43,7 +44,7 @@ Mat3 minus_cross_matrix(const Vec3& w) {
 
 bool is_pose(const PoseFix& pose) {
   const float norm2 = dot(pose.q_WB, pose.q_WB);
-  return pose.p_WB.allFinite() && norm2 > 0.81F && norm2 < 1.21F;  // false for a NaN
+  return pose.p_WB.allFinite() && pose.p_WB.cwiseAbs().maxCoeff() < kFarthest && norm2 > 0.81F && norm2 < 1.21F;
 }
 
 // Turning the present attitude by an error turns what the specific force did since `then`, about now. Process noise and

@@ -15,7 +15,7 @@
 
 namespace halfroll {
 
-/// Whether it has a finite position and an attitude: a quaternion of about unit length.
+/// Whether it has a position within a thousand kilometres and an attitude: a quaternion of about unit length.
 bool is_pose(const PoseFix& pose);
 
 /// What became of the measurements so far.

@@ -165,7 +165,9 @@ def read(kind: str, content: bytes, folder: Path) -> None:
 
 
 def prove(kind: str, folder: Path, examples: int) -> None:
-    @settings(max_examples=examples, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=examples, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+    )
     @given(changed(kind))
     def value_or_sentence(content: bytes) -> None:
         read(kind, content, folder)

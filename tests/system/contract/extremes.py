@@ -29,9 +29,18 @@ LETTERS = {"int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int3
 LONG_LETTERS = {"int64_t": "q", "uint64_t": "Q"}
 COMMAND_LONG, COMMAND_INT = 76, 75
 UNSUPPORTED = 3
-GCS, GROUND = 190, 191
 FLOWN_S = 0.25
-ANSWERS = ("PARAM_VALUE", "MISSION_COUNT", "MISSION_ITEM", "MISSION_ITEM_INT", "MISSION_REQUEST_INT", "TIMESYNC", "PING", "MISSION_CURRENT", "FILE_TRANSFER_PROTOCOL")
+ANSWERS = (  # what is said to one client alone
+    "PARAM_VALUE",
+    "MISSION_COUNT",
+    "MISSION_ITEM",
+    "MISSION_ITEM_INT",
+    "MISSION_REQUEST_INT",
+    "TIMESYNC",
+    "PING",
+    "MISSION_CURRENT",
+    "FILE_TRANSFER_PROTOCOL",
+)
 
 Fields = dict[str, Any]
 
@@ -59,6 +68,12 @@ class Case:
     value: str
     fields: Fields
     plain: Fields
+    zero: Fields  # the same with 0 in that field
+
+    @property
+    def what(self) -> str:
+        """Message or command, and its field; elements of an array are alike."""
+        return f"{self.message if self.command is None else self.command} {self.field.split('[')[0]}"
 
     @property
     def name(self) -> str:
@@ -143,17 +158,19 @@ def commands(aircraft: Aircraft) -> list[int]:
     return [number for number in numbers if aircraft.copy().client().command(number) != UNSUPPORTED]
 
 
-def changes(kind: Any, base: Fields) -> Iterator[tuple[str, str, Fields]]:
-    """Field, what is in it, and the whole message."""
+def changes(kind: Any, base: Fields) -> Iterator[tuple[str, str, Fields, Fields]]:
+    """Field, what is in it, the whole message, and the message with 0 there."""
     for name, wire in zip(kind.fieldnames, kind.fieldtypes, strict=True):
         if name in ADDRESS:
             continue
         for what, value in extremes(wire).items():
             if isinstance(base[name], list):
-                for i in range(len(base[name])):
-                    yield f"{name}[{i}]", what, {**base, name: [*base[name][:i], value, *base[name][i + 1 :]]}
+                places = range(len(base[name])) if wire == "float" else (0, len(base[name]) - 1)
+                for i in places:
+                    extreme, zero = ([*base[name][:i], x, *base[name][i + 1 :]] for x in (value, 0))
+                    yield f"{name}[{i}]", what, {**base, name: extreme}, {**base, name: zero}
             else:
-                yield name, what, {**base, name: value}
+                yield name, what, {**base, name: value}, {**base, name: 0}
 
 
 def cases(aircraft: Aircraft) -> Iterator[Case]:
@@ -167,13 +184,13 @@ def cases(aircraft: Aircraft) -> Iterator[Case]:
                 base |= {f"param{i}": params[i - 1] for i in range(1, 8) if f"param{i}" in base}
                 if number == COMMAND_INT:
                     base |= {"x": ORIGIN_LAT, "y": ORIGIN_LON, "z": 12.0}
-                for field, value, fields in changes(kind, base):
+                for field, value, fields, zero in changes(kind, base):
                     if field != "command":
-                        yield Case(kind.msgname, command, field, value, fields, base)
+                        yield Case(kind.msgname, command, field, value, fields, base, zero)
         else:
             base = plain(kind, aircraft)
-            for field, value, fields in changes(kind, base):
-                yield Case(kind.msgname, None, field, value, fields, base)
+            for field, value, fields, zero in changes(kind, base):
+                yield Case(kind.msgname, None, field, value, fields, base, zero)
 
 
 @dataclass
@@ -186,10 +203,17 @@ class Outcome:
     @property
     def refused(self) -> bool:
         """Whether anybody could know that something was not taken."""
-        return any(said.split()[-1] not in ("0", "5") or said.startswith(("STATUSTEXT", "PARAM_ERROR")) for said in self.answers)
+        return any(
+            said.split()[-1] not in ("0", "5") or said.startswith(("STATUSTEXT", "PARAM_ERROR"))
+            for said in self.answers
+        )
 
     def flies_as(self, other: Outcome) -> bool:
+        """Bit for bit."""
         return bool(self.aircraft.world.same_state(other.aircraft.world))
+
+    def same_as(self, other: Outcome) -> bool:
+        return self.flies_as(other) and self.answers == other.answers
 
 
 def said(message: Any) -> str | None:
@@ -202,12 +226,15 @@ def said(message: Any) -> str | None:
     return f"{kind} 0" if kind in ANSWERS else None
 
 
-def after(aircraft: Aircraft, message: str, fields: Fields | None, link: int, component: int) -> Outcome:
+def after(aircraft: Aircraft, message: str, fields: Fields | None, link: int) -> Outcome:
     """Of a copy that hears this message, or nothing."""
     twin = aircraft.copy()
-    client = twin.client(link, 0, 255 if component == GCS else 1, component)
+    client = twin.client(link)
     if fields is not None:
         kind = next(kind for kind in dialect.mavlink_map.values() if kind.msgname == message)
+        if message.startswith("MISSION_ITEM"):
+            client.count(1)  # one that was not asked for says nothing
+            client.heard.clear()
         twin.serve(client.pack(kind(*[fields[name] for name in kind.fieldnames])), link)
     twin.fly(FLOWN_S)
     twin.serve()
