@@ -1,5 +1,5 @@
-"""`make audit`: what the environment holds is what the project pins, unchanged since it was installed, and without known
-holes as far as anybody can be asked.
+"""`make audit`: what is installed is what the project pins, unchanged since, and without known holes as far as anybody
+can be asked.
 
 Why: code of others runs with our rights. Versions are pinned in constraints.txt and the files of each release, for all
 platforms, in hashes.txt (`make hashes`). Needs no network, but for two questions that it says it could not ask:

@@ -52,7 +52,9 @@ std::uint32_t Autopilot::state_checksum() const {
 
 const char* Autopilot::broken_invariant() const {
   for (const float thrust : rotors_.thrust) {
-    if (!(thrust >= vehicle_.thrust_min && thrust <= vehicle_.thrust_max)) return "a rotor command outside its limits";
+    const bool off = !armed_ && thrust == 0.F;
+    if (!off && !(thrust >= vehicle_.thrust_min && thrust <= vehicle_.thrust_max))
+      return "a rotor command outside its limits";
   }
   if (!is_unit(estimate_.q_WB)) return "the attitude is no unit quaternion";
   if (!is_unit(reference_.q_WD)) return "the reference attitude is no unit quaternion";

@@ -18,7 +18,6 @@ HalfrollError
 
 from __future__ import annotations
 
-
 _LONGEST = 1500  # of a message, in characters
 
 

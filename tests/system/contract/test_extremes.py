@@ -1,4 +1,4 @@
-"""NaN, infinity, denormal and huge numbers in every field of every message, in hover, OFFBOARD, on a mission and in a flip.
+"""NaN, infinity, denormal and huge numbers in every field of every message: in hover, OFFBOARD, a mission and a flip.
 
 What is not refused aloud is in the tables here, and nowhere else.
 """
@@ -25,7 +25,7 @@ PASSED_OVER = {
     r"(179|192|300) param\d": "home's heading; speed, radius and yaw of a reposition; last item",
     r"115 param2|178 param3": "speed of turning; throttle",
     r"MISSION_ITEM\w* \w+": "as item_rows of docs/mavlink.md say; nothing that is stored acts before it is flown",
-    r"MISSION_(ACK|COUNT|CLEAR_ALL|REQUEST\w*|SET_CURRENT|WRITE\w*) (type|opaque_id|mission_type)": "other lists are empty",
+    r"MISSION_(ACK|COUNT|CLEAR_ALL|REQUEST\w*|SET_CURRENT|WRITE\w*) (type|opaque_id|mission_type)": "other lists",
     r"HEARTBEAT \w+": "who speaks; only the type of a ground control station counts",
     r"(PING|TIMESYNC|FILE_TRANSFER_PROTOCOL|STATUSTEXT|SETUP_SIGNING) \w+": "answered or passed on, not looked at",
     r"\w+ (time_boot_ms|time_usec|usec)": "no vehicle time: dated by arrival",
@@ -38,6 +38,8 @@ PASSED_OVER = {
 NOT_GIVEN = r"\d+ (param\d|z)"  # NaN there
 TAKEN = {  # a number like any other; and what it does then
     ("178 param2", "huge"): "flown at most at MPC_XY_VEL_MAX",
+    ("31010 param3", "minus huge"): "no least height besides FLIP_MIN_ALT",
+    ("31010 param4", "huge"): "as long as it takes",
     ("192 param7", "NaN"): "no height given: this one is kept",
     ("192 z", "NaN"): "no height given: this one is kept",
 }
