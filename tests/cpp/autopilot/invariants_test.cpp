@@ -82,7 +82,7 @@ TEST_CASE("a flight in rough air with poor sensors breaks no invariant in any st
     Flight flight(vehicle, "windy");
     flight.take_off();
     flight.hear(command(MAV_CMD_NAV_LAND, 0.F));
-    flight.fly(9000);
+    flight.fly(20000);
     CHECK(!flight.autopilot().armed());
   }
 }
