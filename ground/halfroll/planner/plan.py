@@ -28,6 +28,7 @@ from halfroll.planner.flatness import FlatOutputs, inverse_dynamics
 from halfroll.planner.limits import Limits, margins
 from halfroll.planner.minimum_time import NoDurations, Stretch, shortest
 from halfroll.planner.segments import PiecewisePolynomial, standing
+from halfroll.reading import read_arrays, read_text
 from halfroll.vehicle import Vehicle
 
 __all__ = ["FlatPoint", "Limits", "Plan", "plan_course"]
@@ -210,11 +211,10 @@ class Plan:
         path = Path(path)
         try:
             if path.suffix == ".npz":
-                with np.load(path, allow_pickle=False) as stored:
-                    table, pieces = json.loads(str(stored["plan"])), {k: stored[k] for k in ("times", "coefficients")}
-                return cls._described(table, pieces)
+                description, times, coefficients = read_arrays(path, ("plan", "times", "coefficients"))
+                return cls._described(json.loads(str(description)), {"times": times, "coefficients": coefficients})
             if path.suffix == ".json":
-                return cls.of_json(path.read_text(encoding="utf-8"), str(path))
+                return cls.of_json(read_text(path), str(path))
             raise InputError(f"{path}: a plan is read from .npz or .json")
         except OSError as error:
             raise InputError(f"plan {path}: {error.strerror or error}; check the path") from None
