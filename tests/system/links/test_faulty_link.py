@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from system.links.faulty_link import QUEUE_S, Faults, Way
@@ -28,6 +28,7 @@ def numbers(arrived: list[tuple[int, bytes]]) -> list[int]:
     return [int.from_bytes(datagram[:4], "big") for _, datagram in arrived]
 
 
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_the_same_seed_is_the_same_fate(seed: int) -> None:
     assert sent(BAD, seed, 50)[1] == sent(BAD, seed, 50)[1]
