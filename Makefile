@@ -23,7 +23,7 @@ if missing; then echo "$(3) needs $(1): sudo apt-get install $(2)"; exit 1; fi; 
 touch $@
 endef
 
-.PHONY: audit hashes fly test test-long lint analyse build boards board-m4 hil fuzz bench clean
+.PHONY: fly test test-long reliability sanitized lint analyse audit hashes build boards board-m4 hil fuzz bench clean
 fly: build
 	$(BIN)/halfroll fly $(MISSION) $(ARGS)
 
@@ -31,8 +31,19 @@ test: lint build board-m4
 	$(BIN)/ctest --test-dir $(BUILD) --output-on-failure
 	$(BIN)/pytest -n $(JOBS) -m "not long"
 
-test-long: build boards $(VENV)/clients analyse | build/deps/browser
+test-long: build boards sanitized $(VENV)/clients analyse | build/deps/browser
 	$(BIN)/pytest -n $(JOBS) -m long
+	PYTHONPATH=tests $(BIN)/python docs/make_reliability.py --check
+
+# docs/reliability.md, from a run of the tests that it speaks of.
+reliability: build sanitized
+	$(BIN)/pytest -n $(JOBS) -m reliability
+	PYTHONPATH=tests $(BIN)/python docs/make_reliability.py
+
+# The simulator under sanitizers, which tests/system/test_sanitized_flights.py flies.
+sanitized: $(VENV)/ready | build/deps/clang build/deps/valgrind
+	@test -f build/asan/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset asan >/dev/null
+	@$(BIN)/cmake --build build/asan -j $(JOBS) --target halfroll-sitl
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
 hil: build boards
@@ -73,6 +84,8 @@ build/deps/clang:
 	$(call needs,clang++ llvm-profdata llvm-cov,$(FUZZ_PACKAGES),fuzzing)
 build/deps/browser:
 	$(call needs,chromium,$(BROWSER_PACKAGES),tests of the page)
+build/deps/valgrind:
+	$(call needs,valgrind,valgrind,the check for leaks)
 build/deps/analysers:
 	$(call needs,clang-tidy cppcheck,clang-tidy cppcheck,static analysis)
 

@@ -92,14 +92,20 @@ class BoundAutopilot {
 
   /// The loop of the SITL without its links: N milliseconds of autopilot and world, each answering the other.
   void fly(BoundWorld& world, std::size_t steps) {
-    const link::Datagram nothing;
-    for (std::size_t i = 0; i < steps; ++i) {
-      Inputs in = sitl::sensed(world.world());
-      in.link = link_inputs(nothing, autopilot_.t_us());
-      const Outputs out = sitl::step(autopilot_, in);
-      storing_ = out.link.store.slot;
-      world.step(out.rotors);
-    }
+    for (std::size_t i = 0; i < steps; ++i) step_in(world);
+  }
+
+  /// The same until frames go out, at most so many milliseconds: what was commanded in each, and the frames.
+  std::pair<py::array_t<float>, std::vector<Packet>> fly_until_heard(BoundWorld& world, std::size_t steps) {
+    std::vector<std::array<float, 4>> commanded;
+    Outputs out;
+    do {
+      out = step_in(world);
+      commanded.push_back(out.rotors.thrust);
+    } while (commanded.size() < steps && out.link.tx_count == 0);
+    const py::array_t<float> thrusts({static_cast<py::ssize_t>(commanded.size()), py::ssize_t{4}},
+                                     commanded.data()->data());
+    return {thrusts, packets(out.link)};
   }
 
   const Autopilot& autopilot() const { return autopilot_; }
@@ -107,6 +113,16 @@ class BoundAutopilot {
   bool storage_works = true;
 
  private:
+  Outputs step_in(BoundWorld& world) {
+    const link::Datagram nothing;
+    Inputs in = sitl::sensed(world.world());
+    in.link = link_inputs(nothing, autopilot_.t_us());
+    const Outputs out = sitl::step(autopilot_, in);
+    storing_ = out.link.store.slot;
+    world.step(out.rotors);
+    return out;
+  }
+
   /// Storage exists only in the shells; here a write succeeds or fails at once.
   LinkInputs link_inputs(const link::Datagram& received, std::uint64_t wall_us) {
     LinkInputs in;
@@ -172,6 +188,9 @@ void bind_flight(py::module_& m) {
            "N steps: imu (N, 6) [rad/s, m/s^2], poses (N, 7) or None (NaN rows: none) -> rotor thrusts (N, 4) [N].")
       .def("fly", &BoundAutopilot::fly, "world"_a, "steps"_a, py::call_guard<py::gil_scoped_release>(),
            "N milliseconds of closed loop with a World; the links hear nothing meanwhile.")
+      .def(
+          "fly_until_heard", &BoundAutopilot::fly_until_heard, "world"_a, "steps"_a,
+          "As fly, until frames go out: thrusts (N, 4) [N] commanded, at least one, and frames as (link, slot, bytes).")
       .def(
           "copy", [](const BoundAutopilot& a) { return std::make_unique<BoundAutopilot>(a); },
           "A snapshot: with a World's it flies the same future.")

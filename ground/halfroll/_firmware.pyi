@@ -507,6 +507,10 @@ class Autopilot:
         """
         N milliseconds of closed loop with a World; the links hear nothing meanwhile.
         """
+    def fly_until_heard(self, world: World, steps: typing.SupportsInt | typing.SupportsIndex) -> tuple[numpy.typing.NDArray[numpy.float32], list[tuple[int, int, bytes]]]:
+        """
+        As fly, until frames go out: thrusts (N, 4) [N] commanded, at least one, and frames as (link, slot, bytes).
+        """
     def restore(self, snapshot: Autopilot) -> None:
         """
         Be again what was copied.

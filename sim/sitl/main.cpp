@@ -25,6 +25,7 @@ void end_on_signals() {
   action.sa_handler = [](int) { stop = 1; };  // no SA_RESTART: a sleep ends, too
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // a quota that is used up is a write that fails, and no end
 }
 
 int complain(int code, const std::string& sentence) {

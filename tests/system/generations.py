@@ -32,10 +32,13 @@ class Writer(Gcs):
         return super().receive()
 
     def write_params(self, generation: int) -> None:
+        self.set_params(generation)
+        assert self.command(PREFLIGHT_STORAGE, SAVE) == ACCEPTED
+
+    def set_params(self, generation: int) -> None:
         for name in NAMES:
             ask = self._codec.param_set_encode(*self._target, name.encode(), value_of(generation), REAL32)
             self.until(lambda m, n=name: m.get_type() == "PARAM_VALUE" and m.param_id == n, ask)
-        assert self.command(PREFLIGHT_STORAGE, SAVE) == ACCEPTED
 
     def read_params(self) -> list[float]:
         values = []

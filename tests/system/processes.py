@@ -53,12 +53,12 @@ class Ended:
 class Running:
     """A command in a session of its own, as in a terminal of its own."""
 
-    def __init__(self, *words: str | Path, cwd: Path | None = None) -> None:
+    def __init__(self, *words: str | Path, cwd: Path | None = None, **environment: str) -> None:
         self._mark = uuid.uuid4().hex
         self.process = subprocess.Popen(
             [str(word) for word in words],
             cwd=cwd,
-            env={**os.environ, _MARK: self._mark, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, _MARK: self._mark, "PYTHONUNBUFFERED": "1", **environment},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -158,9 +158,9 @@ def descendants(number: int) -> list[int]:
     return children + [grandchild for child in children for grandchild in descendants(child)]
 
 
-def halfroll(*words: str | Path, cwd: Path | None = None) -> Ended:
+def halfroll(*words: str | Path, cwd: Path | None = None, **environment: str) -> Ended:
     """One command, to its end."""
-    with Running(HALFROLL, *words, cwd=cwd) as running:
+    with Running(HALFROLL, *words, cwd=cwd, **environment) as running:
         return running.wait()
 
 

@@ -12,20 +12,9 @@ from halfroll.missions.mission_files import load_mission, save_waypoints
 from halfroll.planner.course import flown_waypoints
 from halfroll.results.evaluation import FlightFigures, evaluate
 from halfroll.results.log import read_log
+from system.processes import EXAMPLES, MISSIONS
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "aerobatics.toml"
-FLIPS = """
-[[waypoint]]
-position_m = [0, 0, 6]
-[[waypoint]]
-position_m = [3, 0, 6]
-[[manoeuvre]]
-at = 1
-kind = "inverted_leg"
-[[manoeuvre]]
-at = 1
-kind = "flip"
-"""
+EXAMPLE = EXAMPLES / "aerobatics.toml"
 
 
 def figures(flight: FlightResult) -> FlightFigures:
@@ -42,8 +31,7 @@ def test_the_example_with_survey_window_and_backflip_is_flown_within_centimetres
 @pytest.mark.long
 def test_flips_as_plain_items_are_stored_read_back_equal_planned_and_flown(tmp_path: Path) -> None:
     """As a ground station would send them: nothing but items."""
-    (tmp_path / "flips.toml").write_text(FLIPS, encoding="utf-8")
-    save_waypoints(tmp_path / "flips.waypoints", load_mission(tmp_path / "flips.toml"))
+    save_waypoints(tmp_path / "flips.waypoints", load_mission(MISSIONS / "flips.toml"))
     mission = load_mission(tmp_path / "flips.waypoints")
     assert mission.waypoints is None
     assert any(not point.upright for point in flown_waypoints(mission.items).waypoints)
