@@ -25,7 +25,7 @@ endforeach()
 
 # looked up in each build, written when it has changed
 add_custom_target(commit
-  COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DHEADER=${HALFROLL_GENERATED}/commit/commit.hpp
+  COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DHEADER=${HALFROLL_GENERATED}/commit/commit.inc
     -P ${CMAKE_SOURCE_DIR}/cmake/commit.cmake
-  BYPRODUCTS ${HALFROLL_GENERATED}/commit/commit.hpp
+  BYPRODUCTS ${HALFROLL_GENERATED}/commit/commit.inc
   VERBATIM)

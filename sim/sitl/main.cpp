@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "boards/host/byte_channel.hpp"
-#include "commit.hpp"
+#include "commit.inc"
 #include "sim/sitl/bad_option.hpp"
 #include "sim/sitl/replay.hpp"
 #include "sim/sitl/simulation.hpp"
