@@ -12,6 +12,9 @@ if(CMAKE_CROSSCOMPILING)
   target_compile_options(halfroll_flags INTERFACE -fcallgraph-info=su)  # who calls whom, and the stack each takes: tests/hil/stack_depth.py
 endif()
 target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_MALLOC)
+if(HALFROLL_SANITIZE OR CMAKE_BUILD_TYPE STREQUAL "Debug")
+  target_compile_definitions(halfroll_flags INTERFACE HALFROLL_CHECKED)  # sim/sitl/checked.hpp
+endif()
 if(HALFROLL_SANITIZE)
   target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
     -fno-sanitize=vptr)  # the firmware has no RTTI

@@ -3,14 +3,12 @@
 #include "autopilot.hpp"
 
 #include <cmath>
-#include <cstring>
 
 #include "core/attitude.hpp"
 #include "core/constants.hpp"
 #include "core/mixer.hpp"
 #include "core/quaternion.hpp"
 #include "core/setpoint.hpp"
-#include "core/state_checksum.hpp"
 #include "link/sentence.hpp"
 
 namespace halfroll {
@@ -169,32 +167,6 @@ Vec3 Autopilot::home_position() const { return home_ ? home_->position : Vec3(Ve
 
 void Autopilot::set_home(const Vec3& position) {
   home_ = link::home_at(origin_, position, heading_after_levelling(estimate_.q_WB));
-}
-
-/// Everything that decides future commands. Wall-clock pacing and received bytes of half frames are not in it.
-auto Autopilot::state() const {
-  return std::tuple_cat(
-      std::tie(t_us_, mode_, user_mode_, armed_, flown_, terminated_, entered_by_ground_station_, idle_s_,
-               failsafe_until_us_, ground_heard_us_, imu_failed_us_, hold_position_, hold_yaw_, stopping_, recovery_,
-               takeoff_height_, inverted_, return_climbing_, mission_started_, mission_revision_, offboard_stage_,
-               position_was_valid_, position_resets_),
-      std::tie(setpoint_.t_us, setpoint_.q_WD, setpoint_.w_WD_D, setpoint_.thrust, setpoint_.attitude_used,
-               setpoint_.rate_used, setpoint_mask_, reference_.thrust, rotors_, origin_, home_, home_chosen_),
-      pose_source_.state(), estimator_.state(), landed_.state(), follower_.state(), runner_.state(), offboard_.state(),
-      outer_loop_.state(), rotor_lag_inverse_.state(), failsafes_.state(), rotor_monitor_.state(), manoeuvre_.state());
-}
-
-bool Autopilot::same_state(const Autopilot& other) const {
-  return state() == other.state() && missions_ == other.missions_ &&
-         std::memcmp(&params_, &other.params_, sizeof params_) == 0;  // all floats, no padding
-}
-
-std::uint32_t Autopilot::state_checksum() const {
-  StateChecksum checksum;
-  checksum.add(state());
-  checksum.add(missions_.id());
-  for (const ParamInfo& row : kParamTable) checksum.add(params_.*row.member);
-  return checksum.value();
 }
 
 int Autopilot::first() const {

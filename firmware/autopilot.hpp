@@ -96,6 +96,10 @@ class Autopilot final : private MissionItems {
   bool same_state(const Autopilot& other) const;
   /// Of all that same_state compares, the mission by its id.
   std::uint32_t state_checksum() const;
+  /// What holds after every step, whatever came in: unit quaternions, no NaN or infinity in anything remembered, rotor
+  /// commands and parameters within their limits, bounded integrators. The first that does not, in words, or null.
+  /// For tests and checked builds: it looks at the whole state.
+  const char* broken_invariant() const;
 
  private:
   static constexpr bool kAloud = true, kQuietly = false;  // whether a refusal may say more by STATUSTEXT

@@ -63,8 +63,9 @@ void Autopilot::exchange(const LinkInputs& in, std::size_t most_bytes) {
     const std::uint32_t bad_before = parser.bad_frames();
     parser.parse(datagram, [&](const link::Received& received) {
       counters.received(received);
-      if (!signing_.admits(received, in.wall_us)) return counters.refused();
-      receive(received, in.wall_us);
+      if (signing_.admits(received, in.wall_us)) return receive(received, in.wall_us);
+      counters.refused();
+      outbox_.say(Severity::kWarning, "Signing: frames without a valid signature refused");
     });
     counters.bad(parser.bad_frames() - bad_before);
   }
@@ -120,8 +121,14 @@ struct Autopilot::Dispatch {
     }
   }
   void operator()(const link::Command& m) const { self.receive_command(m, from, wall_us); }
-  void operator()(const link::SetMode& m) const { self.apply(link::read_set_mode(m), from, wall_us); }
-  void operator()(const link::SetGlobalOrigin& m) const { self.apply(link::read_set_origin(m), from, wall_us); }
+  /// What no message answers: a refusal that has no reason of its own is told as a text.
+  void obey(const link::Wish& wish, const char* refusal) const {
+    if (self.apply(wish, from, wall_us) == CommandResult::kDenied) self.outbox_.say(Severity::kWarning, refusal);
+  }
+  void operator()(const link::SetMode& m) const { obey(link::read_set_mode(m), "Command: SET_MODE: no such mode"); }
+  void operator()(const link::SetGlobalOrigin& m) const {
+    obey(link::read_set_origin(m), "Command: origin refused (no place on earth)");
+  }
   void operator()(const link::ParamRequestList& m) const { self.param_service_.receive(m, from, wall_us); }
   void operator()(const link::ParamRequestRead& m) const {
     self.param_service_.receive(m, from, self.params_, self.outbox_);
@@ -141,10 +148,12 @@ struct Autopilot::Dispatch {
     take(LinkSetpoint{m.q_WD, m.w_WD_D, m.thrust, m.type_mask, origin(m.time_boot_ms)});
   }
   void operator()(const link::ExternalPose& m) const {
-    if (link::is_pose_frame(m.frame)) {
-      self.linked_pose_ = LinkedPose{m.pose, source_of(from)};
-    } else {
+    if (!link::is_pose_frame(m.frame)) {
       self.outbox_.say(Severity::kWarning, Sentence("Command: pose dropped (frame ", int{m.frame}, ")").text());
+    } else if (!is_pose(m.pose)) {
+      self.outbox_.say(Severity::kWarning, "Command: pose dropped (no place or no attitude)");
+    } else {
+      self.linked_pose_ = LinkedPose{m.pose, source_of(from)};
     }
   }
   void operator()(const link::PositionTarget& m) const {

@@ -25,6 +25,7 @@ constexpr float kFirstGyroBias = 0.02F;               // [rad/s]
 constexpr float kFirstAccelerometerBias = 0.2F;       // [m/s²]
 constexpr float kActiveRate = 2e-3F;                  // [rad/s], between two poses: not at rest to the last bit
 constexpr float kActiveForce = 0.02F;                 // [m/s²]
+constexpr float kFarthest = 1e6F;                     // [m]; beyond a float cannot tell one place from the next
 
 using namespace error_state;
 
@@ -40,6 +41,11 @@ Mat3 minus_cross_matrix(const Vec3& w) {
 }
 
 }  // namespace
+
+bool is_pose(const PoseFix& pose) {
+  const float norm2 = dot(pose.q_WB, pose.q_WB);
+  return pose.p_WB.allFinite() && pose.p_WB.cwiseAbs().maxCoeff() < kFarthest && norm2 > 0.81F && norm2 < 1.21F;
+}
 
 // Turning the present attitude by an error turns what the specific force did since `then`, about now. Process noise and
 // bias errors within `age` are left out: at 60 ms a gyro bias of 0.02 rad/s is a milliradian until it is learnt.
@@ -138,8 +144,7 @@ Vec3 Estimator::attitude_variance(const PoseFix& pose, const Params& params) con
 }
 
 void Estimator::see(const PoseFix& pose, bool flying, const Params& params) {
-  const float norm2 = dot(pose.q_WB, pose.q_WB);
-  if (!(pose.p_WB.allFinite() && norm2 > 0.81F && norm2 < 1.21F)) return;  // also a NaN
+  if (!is_pose(pose)) return;
   const bool first = pose_.t_us == 0 && aided_.pose_us == 0;
   const std::optional<Motion> believed = path_.at(pose.t_us);
   if (!believed || (!first && pose.t_us <= pose_.t_us)) {

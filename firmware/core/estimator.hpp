@@ -15,6 +15,9 @@
 
 namespace halfroll {
 
+/// Whether it has a position within a thousand kilometres and an attitude: a quaternion of about unit length.
+bool is_pose(const PoseFix& pose);
+
 /// What became of the measurements so far.
 struct EstimatorHealth {
   std::uint32_t used = 0;      // poses and satellite fixes taken in

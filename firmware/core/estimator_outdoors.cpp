@@ -40,7 +40,7 @@ Quat levelling(const Vec3& up_B) {
 /// What is used of what came; of each kind the newest waits.
 void Estimator::gather(const Measurements& measured, const Params& params) {
   const int used = static_cast<int>(params.est_sensors);
-  if (measured.pose) waiting_.pose = measured.pose;
+  if (measured.pose && is_pose(*measured.pose)) waiting_.pose = measured.pose;
   if (measured.barometer && (used & kPressure) != 0) waiting_.barometer = measured.barometer;
   if (aided_.by_pose) return;
   if (measured.gps && (used & kSatelliteFix) != 0) waiting_.gps = measured.gps;

@@ -9,7 +9,6 @@
 namespace halfroll {
 namespace {
 
-constexpr float kIntegralMax = 1.F;        // [m·s] per axis
 constexpr float kChartHysteresis = 0.05F;  // n3 beyond which the other chart takes over
 constexpr float kYawOffsetRate = 0.2F;     // [1/s], decay of the yaw that a non-planar change of chart leaves
 constexpr float kRateMax = 39.F;           // [rad/s] per axis; the link refuses 40 and more
@@ -108,7 +107,7 @@ OuterLoop::Feedback OuterLoop::feedback(const OuterLoopInput& in, const Params& 
   const Vec3 position_error = in.state.p_WB - in.at_sample.position;
   const Vec3 velocity_error = in.state.v_WB - in.at_sample.velocity;
   if (!in.on_ground && !thrust_cut_) {
-    integral_ = (integral_ + position_error * kReferenceDt).cwiseMax(-kIntegralMax).cwiseMin(kIntegralMax);
+    integral_ = (integral_ + position_error * kReferenceDt).cwiseMax(-kMostIntegral).cwiseMin(kMostIntegral);
   }
   const Vec3 n_B = up_axis(in.state.q_WB);
   const Vec3 push = n_B * modelled_thrust_ - params.drag * in.state.v_WB;

@@ -35,6 +35,8 @@ struct ThrustAxis {
 
 class OuterLoop {
  public:
+  static constexpr float kMostIntegral = 1.F;  // [m·s], of the position error, per axis
+
   explicit OuterLoop(const Vehicle& vehicle);
 
   /// One tick, to be called every 10 ms. The setpoint has no angular acceleration, on board as over the link: the led
@@ -43,6 +45,8 @@ class OuterLoop {
 
   /// Forget errors and chart; continue from this attitude.
   void reset(const Quat& q_WB);
+
+  const Vec3& integral() const { return integral_; }  // [m·s]
 
   auto state() const {
     return std::tie(integral_, q_WD_, w_WD_D_, thrust_axis_, inverted_chart_, chart_heading_, yaw_offset_,

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kSizeUnknown = 0;  // more bytes needed to tell
 constexpr std::size_t kNotAFrame = 1;
+constexpr float kMostAngle = 100.F;  // [rad], of one that is meant
 
 /// Bytes that the frame starting here has, by its first bytes.
 std::size_t frame_size(const std::uint8_t* bytes, std::size_t size) {
@@ -248,7 +249,8 @@ Message decode(const mavlink_message_t& message, Address& target) {
     }
     case MAVLINK_MSG_ID_VISION_POSITION_ESTIMATE: {
       const auto m = unpack(message, mavlink_msg_vision_position_estimate_decode);
-      const bool angles = std::isfinite(m.roll) && std::isfinite(m.pitch) && std::isfinite(m.yaw);
+      const Vec3 turned(m.roll, m.pitch, m.yaw);
+      const bool angles = turned.allFinite() && turned.cwiseAbs().maxCoeff() < kMostAngle;
       ExternalPose out;
       out.pose.t_us = m.usec;
       out.pose.p_WB = from_wire(Vec3{m.x, m.y, m.z});

@@ -158,10 +158,13 @@ Wish reposition(const Command& c, const CommandSituation& now) {
   return out;
 }
 
+constexpr float kMostTurns_deg = 3600.F;  // beyond which a float is no heading
+
 Wish condition_yaw(const Command& c) {
   const std::optional<int> direction = whole_or_nan_as_zero(c.p[2], -1, 1),
                            relative = whole_or_nan_as_zero(c.p[3], 0, 1);
-  if (!std::isfinite(c.p[0]) || std::isinf(c.p[1]) || !direction || !relative || !unused_from(c, 5)) return kDenied;
+  if (!(std::abs(c.p[0]) <= kMostTurns_deg) || std::isinf(c.p[1]) || !direction || !relative || !unused_from(c, 5))
+    return kDenied;
   YawWish out;
   out.relative = *relative == 1;
   out.direction = *direction;
@@ -278,7 +281,7 @@ Wish read_command(const Command& c, const CommandSituation& now) {
     case cmd::kCalibration: return CalibrationWish{};
     case cmd::kRunPrearmChecks: return unused_from(c, 1) ? Wish{PrearmChecksWish{}} : Wish{kDenied};
     case cmd::kFlightTermination: {
-      const bool known = c.p[0] == 0.F || (c.p[0] >= 0.5F && std::isfinite(c.p[0]));
+      const bool known = c.p[0] == 0.F || (c.p[0] >= 0.5F && c.p[0] <= 1.F);
       return known && unused_from(c, 2) ? Wish{TerminationWish{c.p[0] >= 0.5F}} : Wish{kDenied};
     }
     case cmd::kInvertedFlight: {

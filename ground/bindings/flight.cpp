@@ -5,6 +5,7 @@
 
 #include "autopilot.hpp"
 #include "bound_world.hpp"
+#include "sim/sitl/checked.hpp"
 #include "sim/sitl/sensed.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
@@ -61,7 +62,7 @@ class BoundAutopilot {
     const std::string bytes = rx;
     const link::Datagram received = datagram(bytes, link, slot);
     in.link = link_inputs(received, wall_us);
-    const Outputs out = autopilot_.step(in);
+    const Outputs out = sitl::step(autopilot_, in);
     storing_ = out.link.store.slot;
     return {out.rotors.thrust, packets(out.link)};
   }
@@ -83,7 +84,7 @@ class BoundAutopilot {
     Inputs in;
     for (py::ssize_t i = 0; i < recording.size(); ++i, thrust += 4) {
       in.measured = recording.at(i, autopilot_.t_us() + kStepUs);
-      const Outputs out = autopilot_.step(in);
+      const Outputs out = sitl::step(autopilot_, in);
       std::copy(out.rotors.thrust.begin(), out.rotors.thrust.end(), thrust);
     }
     return thrusts;
@@ -95,7 +96,7 @@ class BoundAutopilot {
     for (std::size_t i = 0; i < steps; ++i) {
       Inputs in = sitl::sensed(world.world());
       in.link = link_inputs(nothing, autopilot_.t_us());
-      const Outputs out = autopilot_.step(in);
+      const Outputs out = sitl::step(autopilot_, in);
       storing_ = out.link.store.slot;
       world.step(out.rotors);
     }
@@ -181,6 +182,9 @@ void bind_flight(py::module_& m) {
           "same_state",
           [](const BoundAutopilot& a, const BoundAutopilot& b) { return a.autopilot().same_state(b.autopilot()); },
           "other"_a)
+      .def_property_readonly(
+          "broken_invariant", [](const BoundAutopilot& a) { return a.autopilot().broken_invariant(); },
+          "What does not hold that must after every step, in words, or None.")
       .def_property_readonly(
           "state_checksum", [](const BoundAutopilot& a) { return a.autopilot().state_checksum(); },
           "One number of all that it remembers: equal states have equal ones, on any processor.")

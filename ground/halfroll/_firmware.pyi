@@ -529,6 +529,11 @@ class Autopilot:
     def armed(self) -> bool:
         ...
     @property
+    def broken_invariant(self) -> str:
+        """
+        What does not hold that must after every step, in words, or None.
+        """
+    @property
     def estimate(self) -> Estimate:
         ...
     @property

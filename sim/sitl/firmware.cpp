@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "sim/sitl/checked.hpp"
+
 namespace halfroll::sitl {
 
 void InProcess::start(const boards::Start& start) {
@@ -17,7 +19,7 @@ void InProcess::start(const boards::Start& start) {
 Outputs InProcess::step(const Inputs& in) {
   Inputs told = in;
   told.link.stored = std::exchange(stored_, {});
-  const Outputs out = autopilot_->step(told);
+  const Outputs out = sitl::step(*autopilot_, told);
   settle(out.link);
   return out;
 }

@@ -45,8 +45,9 @@ halfroll::sitl::VehicleSetup setup_from(const Options& options) {
 
 int fly(const Options& options) {
   halfroll::sitl::Simulation simulation(options, setup_from(options), HALFROLL_VERSION, stop);
-  if (options.bind != "127.0.0.1") {
-    complain(0, "warning: listening on " + options.bind + ", anybody who reaches it can fly this vehicle");
+  if (options.bind.rfind("127.", 0) != 0) {
+    complain(0, "warning: listening on " + options.bind +
+                    ", anybody who reaches it can fly this vehicle unless --signing require keeps him out");
   }
   std::printf(
       "halfroll-sitl: ready, offboard udp %d -> %d, gcs udp %d -> %d, companion udp %d -> %d, vehicle %s, scenario %s, "

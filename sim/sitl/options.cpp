@@ -1,5 +1,7 @@
 #include "sim/sitl/options.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -82,10 +84,16 @@ void take_signing(Options& o, const std::string& text) {
 }
 
 void take_signing_key(Options& o, const std::string& path) {
+  link::SigningKey key{};
+  struct stat state = {};
+  if (::stat(path.c_str(), &state) == 0 && (state.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    throw BadOption("--signing-key " + path +
+                    ": others may use the file, whoever has the key flies the vehicle: chmod 600 " + path);
+  }
   std::ifstream file(path);
   std::string digits;
+  file.width(2 * key.size() + 1);  // and not whatever has no end
   if (!(file >> digits)) throw BadOption("--signing-key " + path + " cannot be read or is empty");
-  link::SigningKey key{};
   if (digits.size() != 2 * key.size() || digits.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
     throw BadOption("--signing-key " + path + ": the key is 64 hexadecimal digits");
   }

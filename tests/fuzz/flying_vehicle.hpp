@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "frames.hpp"
-#include "invariants.hpp"
+#include "sim/sitl/checked.hpp"
 #include "sim/sitl/scenario_file.hpp"
 #include "sim/sitl/sensed.hpp"
 #include "sim/sitl/vehicle_file.hpp"
@@ -11,9 +11,12 @@
 
 namespace halfroll::fuzz {
 
+using sitl::fail;
+
 class FlyingVehicle {
  public:
-  FlyingVehicle() : setup_(sitl::make_vehicle("mit-vp", {})), autopilot_(setup_.vehicle, setup_.params) {
+  explicit FlyingVehicle(const Boot& boot = {})
+      : setup_(sitl::make_vehicle("mit-vp", {})), autopilot_(setup_.vehicle, setup_.params, boot) {
     model_ = std::make_shared<const sim::Model>(setup_.plant, sitl::make_scenario("ideal"));
     world_ = sim::start(*model_, 1);
   }
@@ -26,8 +29,7 @@ class FlyingVehicle {
     in.link.rx_count = bytes.empty() ? 0 : 1;
     in.link.wall_us = world_.t_us;
     in.link.stored = stored_;
-    const Outputs out = autopilot_.step(in);
-    check_step(autopilot_, out, setup_.vehicle, world_.t_us);
+    const Outputs out = sitl::checked_step(autopilot_, in);
     stored_ = {out.link.store.slot, true};
     sim::step(*model_, world_, out.rotors);
   }
@@ -35,9 +37,9 @@ class FlyingVehicle {
     for (int n = 0; n < steps; ++n) step();
   }
 
-  /// From the ground to hover at 10 m.
-  void take_off() {
-    step(command(MAV_CMD_NAV_TAKEOFF, 0.F, 0.F, 10.F));
+  /// From the ground to hover at this height [m].
+  void take_off(float height = 10.F) {
+    step(command(MAV_CMD_NAV_TAKEOFF, 0.F, 0.F, height));
     step(command(MAV_CMD_COMPONENT_ARM_DISARM, 1.F));
     fly(12000);
     if (autopilot_.mode() != Mode::kHold) fail("the hovering vehicle does not hover", 0);

@@ -73,6 +73,30 @@ inline Bytes command(std::uint16_t number, float p1, float p2 = 0.F, float p7 = 
   return frame(m, mavlink_msg_command_long_encode_status);
 }
 
+/// A mission item of a client, around the origin.
+inline Bytes waypoint(std::uint16_t seq, std::int32_t north_degE7, std::int32_t east_degE7, float height) {
+  auto m = to_autopilot<mavlink_mission_item_int_t>();
+  m.seq = seq;
+  m.command = MAV_CMD_NAV_WAYPOINT;
+  m.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT;
+  m.autocontinue = 1;
+  m.x = 473977420 + north_degE7;
+  m.y = 85455940 + east_degE7;
+  m.z = height;
+  return frame(m, mavlink_msg_mission_item_int_encode_status);
+}
+
+/// Bytes that mean something in turn; zeros after the last.
+class Reader {
+ public:
+  Reader(const std::uint8_t* data, std::size_t size) : at_(data), end_(data + size) {}
+  bool empty() const { return at_ == end_; }
+  std::uint8_t byte() { return empty() ? std::uint8_t{0} : *at_++; }
+
+ private:
+  const std::uint8_t *at_, *end_;
+};
+
 /// A stream cut where MAVLink 2 frames seem to begin; what is between them makes pieces too.
 inline std::vector<Bytes> pieces(const std::uint8_t* bytes, std::size_t size) {
   std::vector<Bytes> out;

@@ -4,26 +4,17 @@
 #include <cstring>
 
 #include "frames.hpp"
-#include "invariants.hpp"
+#include "sim/sitl/checked.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
 namespace {
 
 using namespace halfroll;
 using namespace halfroll::fuzz;
+using sitl::fail;
 
 constexpr std::size_t kImageHeader = 12;  // magic, count, id
 constexpr int kLongestMs = 6000;          // an upload is given up after 5 s
-
-class Reader {
- public:
-  Reader(const std::uint8_t* data, std::size_t size) : at_(data), end_(data + size) {}
-  bool empty() const { return at_ == end_; }
-  std::uint8_t byte() { return empty() ? std::uint8_t{0} : *at_++; }
-
- private:
-  const std::uint8_t *at_, *end_;
-};
 
 std::uint8_t system_of(std::uint8_t client) { return static_cast<std::uint8_t>(250 + client); }
 
@@ -47,8 +38,7 @@ class Table {
       in.measured.imu.specific_force_B = {0.F, 0.F, kGravity};
       in.link.stored = stored_;
       stored_ = {};
-      const Outputs out = autopilot_.step(in);
-      check_step(autopilot_, out, setup_.vehicle, t_us_);
+      const Outputs out = sitl::checked_step(autopilot_, in);
       t_us_ += 1000;
       settle(out.link);
     }
@@ -58,7 +48,7 @@ class Table {
 
  private:
   void settle(const LinkOutputs& out) {
-    check_frames(out, t_us_);
+    if (const char* what = sitl::broken_frame(out)) fail(what, t_us_);
     if (out.store.slot == link::StorageSlot::kNone) return;
     if (out.store.slot == link::StorageSlot::kMission) check_image(out.store);
     stored_ = {out.store.slot, disk_works_};

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 SITUATIONS = {"hovering": 1, "pilot": 1, "on_mission": 2}  # fixture: first byte of a byte stream; on the ground is 0
+SIGNED, WELL_SIGNED = 3, 0x50  # the situation behind signing links; a good signature with a new time stamp
 SETPOINTS = (82, 84, 86, 331, 138, 102, 11, 76)  # as in offboard_flight.cpp
 _HEADER, _LONGEST = 10, 4000
 
@@ -28,6 +29,16 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 def write(folder: Path, data: bytes) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / hashlib.sha1(data).hexdigest()).write_bytes(data)
+
+
+def with_orders(frame: bytes, wait_ms: int, where: int) -> bytes:
+    """When it comes and from where, in the bytes in which byte_stream.cpp reads that; its checksum follows."""
+    from system.contract.aircraft import dialect
+
+    body = bytes([frame[1], 0, wait_ms, where, *frame[5 : _HEADER + frame[1]]])
+    known = dialect.mavlink_map.get(int.from_bytes(frame[7:10], "little"))
+    crc = dialect.x25crc(body + bytes([known.crc_extra])).crc if known else 0
+    return b"\xfd" + body + struct.pack("<H", crc)
 
 
 @pytest.fixture(autouse=True)
@@ -51,17 +62,14 @@ def _overheard(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     yield
     folder: Path = request.config.getoption("--seeds")
     situation = max((SITUATIONS.get(name, 0) for name in request.fixturenames), default=0)
-    stream, setpoints, last_ms = bytes([situation]), b"", said[0][0] if said else 0
+    stream, signed, setpoints, last_ms = bytes([situation]), b"", b"", said[0][0] if said else 0
     for t_ms, link, rx in said:
         if len(rx) < _HEADER + 2 or rx[0] != 0xFD or rx[2] != 0 or len(rx) != _HEADER + 2 + rx[1]:
             piece, number = rx, -1
-        else:  # the delay and the link, where the target reads them; the checksum follows
+        else:
             wait_ms = min(max(t_ms - last_ms, 0), 255)
             number = int.from_bytes(rx[7:10], "little")
-            body = bytes([rx[1], 0, wait_ms, link, *rx[5 : _HEADER + rx[1]]])
-            known = dialect.mavlink_map.get(number)
-            crc = dialect.x25crc(body + bytes([known.crc_extra])).crc if known else 0
-            piece = b"\xfd" + body + struct.pack("<H", crc)
+            piece = with_orders(rx, wait_ms, link)
         if number in SETPOINTS and len(setpoints) < _LONGEST:
             size = struct.calcsize(dialect.mavlink_map[number].unpacker.format)
             payload = rx[_HEADER : _HEADER + rx[1]]
@@ -71,9 +79,11 @@ def _overheard(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
         if len(stream) + len(piece) > _LONGEST:
             break
         stream += piece
+        signed += piece if number < 0 else with_orders(rx, wait_ms, link | WELL_SIGNED)
         last_ms = t_ms
     if len(stream) > 1:
         write(folder / "byte_stream", stream)
+        write(folder / "byte_stream", bytes([SIGNED]) + signed)
     if setpoints:
         write(folder / "offboard_flight", setpoints)
 
@@ -90,6 +100,12 @@ def written_by_hand(folder: Path) -> None:
         )
         write(talk, bytes([76]) + upload + bytes([12, 14, 255, 14, 255, 14, 200]))
         write(talk, bytes([6 | other, 6, *[0 | other, 0, 1] * 96, 14, 9, 13 | other, 40]))
+    flown = folder / "mission_flight"
+    square = [(0, 0, 128 + 40 * (n % 2), 128 + 40 * (n // 2), 60) for n in range(4)]
+    rest = [bytes([12, 250]) * 6, bytes([12, 60, 1, 0, 12, 60, 1, 1, 12, 250, 12, 250]), bytes([12, 99, 2, 2, 12, 200])]
+    for kind in range(24):  # each kind of item between waypoints
+        items = [*square[:2], (kind, 20, 130, 120, 40), *square[2:], (7, 0, 128, 128, 0)]
+        write(flown, bytes([len(items), *(byte for item in items for byte in item)]) + rest[kind % 3])
     store = folder / "stored_images"
     values = [("ATT_WN", 14.0), ("MIS_TAKEOFF_ALT", 3.0), ("NO_SUCH", 1.0), ("COM_OBL_RC_ACT", float("nan"))]
     record = b"".join(name.encode().ljust(16, b"\0") + struct.pack("<f", value) for name, value in values)

@@ -4,14 +4,14 @@
 #include <cstring>
 
 #include "boards/two_slots.hpp"
-#include "invariants.hpp"
 #include "link/checksum.hpp"
+#include "sim/sitl/checked.hpp"
 #include "sim/sitl/vehicle_file.hpp"
 
 namespace {
 
 using namespace halfroll;
-using namespace halfroll::fuzz;
+using sitl::fail;
 using Bytes = std::vector<std::uint8_t>;
 
 /// Flash that a fuzzer has written.
@@ -82,8 +82,7 @@ void boot(const Bytes& params, const Bytes& mission, const Bytes& signing) {
   for (std::uint64_t t_us = 0; t_us < 30000; t_us += 1000) {
     Inputs in;
     in.measured.imu.specific_force_B = {0.F, 0.F, kGravity};
-    const Outputs out = autopilot.step(in);
-    check_step(autopilot, out, setup.vehicle, t_us);
+    sitl::checked_step(autopilot, in);
   }
 }
 

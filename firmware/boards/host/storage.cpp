@@ -1,6 +1,7 @@
 #include "boards/host/storage.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -17,11 +18,12 @@ constexpr std::size_t kCapacity = std::size_t{128} * 1024;  // two pages of a la
 /// A region is a file; an erased one is empty.
 class FileMedium final : public boards::Medium {
  public:
-  /// Regions PATH.0.bin and PATH.1.bin.
-  explicit FileMedium(const std::string& path) {
+  /// Regions PATH.0.bin and PATH.1.bin, and who may use them.
+  FileMedium(const std::string& path, mode_t mode) {
     for (int region = 0; region < 2; ++region) {
       const std::string name = path + (region == 0 ? ".0.bin" : ".1.bin");
-      files_[region] = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+      files_[region] = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, mode);
+      if (files_[region] >= 0 && mode == 0600) ::fchmod(files_[region], mode);  // also one that was open before
     }
     const std::string folder = std::filesystem::path(path).parent_path().string();
     folder_ = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -64,6 +66,9 @@ class FileMedium final : public boards::Medium {
 
 std::size_t index(link::StorageSlot slot) { return static_cast<std::size_t>(slot); }
 
+/// The signing key is its owner's alone.
+mode_t access(link::StorageSlot slot) { return slot == link::StorageSlot::kSigning ? 0600 : 0644; }
+
 }  // namespace
 
 Storage::Storage(std::string directory) : directory_(std::move(directory)) {
@@ -74,7 +79,7 @@ Storage::Storage(std::string directory) : directory_(std::move(directory)) {
     throw std::runtime_error("--storage " + directory_ + " is not a directory and cannot be made one");
   }
   for (const auto slot : {link::StorageSlot::kParams, link::StorageSlot::kMission, link::StorageSlot::kSigning}) {
-    FileMedium medium(path(slot));
+    FileMedium medium(path(slot), access(slot));
     const boards::TwoSlots slots(medium);
     Kept& kept = kept_[index(slot)];
     kept.state = slots.state();
@@ -96,7 +101,7 @@ link::StoredImage Storage::stored(link::StorageSlot slot) const {
 link::StorageResult Storage::write(const link::StorageRequest& request) {
   if (request.slot == link::StorageSlot::kNone) return {};
   if (!directory_.empty()) {
-    FileMedium medium(path(request.slot));
+    FileMedium medium(path(request.slot), access(request.slot));
     if (!boards::TwoSlots(medium).write(request.bytes, request.size)) return {request.slot, false};
   }
   kept_[index(request.slot)] = {link::StoredState::kSound, {request.bytes, request.bytes + request.size}};
