@@ -30,6 +30,7 @@ def sign_with(gcs: Gcs, key: bytes | None) -> None:
 
 def key_file(folder: Path, key: bytes = KEY) -> Path:
     file = folder / "key.txt"
+    file.touch(0o600)
     file.write_text(key.hex() + "\n")
     return file
 
@@ -152,6 +153,52 @@ def test_an_armed_vehicle_keeps_its_key(tmp_path: Path) -> None:
         gcs.send(gcs._codec.setup_signing_encode(*gcs._target, list(OTHER_KEY), 0))
         gcs.until(lambda m: m.get_type() == "STATUSTEXT" and m.text == "Command: armed, signing key kept")
         assert is_signed_by(heartbeat(gcs), KEY)
+
+
+def test_who_is_not_heard_is_told_why(tmp_path: Path) -> None:
+    with station("--signing", "require", "--signing-key", key_file(tmp_path)) as gcs:
+        sign_with(gcs, OTHER_KEY)
+        assert not answered(gcs)
+        text = gcs.until(lambda m: m.get_type() == "STATUSTEXT" and m.text.startswith("Signing"))
+        assert text.text == "Signing: frames without a valid signature refused"
+
+
+def test_a_whole_recorded_session_does_nothing_when_it_is_played_again(tmp_path: Path) -> None:
+    with station("--signing", "require", "--signing-key", key_file(tmp_path)) as gcs:
+        sign_with(gcs, KEY)
+        session = [
+            gcs._codec.command_long_encode(*gcs._target, RUN_PREARM_CHECKS, 0, *[0.0] * 7).pack(gcs._codec)
+            for _ in range(20)
+        ]
+        for frame in session:
+            gcs._socket.sendto(frame, gcs._peer)
+            assert acknowledged(gcs)
+        before = refused(gcs)
+        for frame in (*session, *reversed(session)):
+            gcs._socket.sendto(frame, gcs._peer)
+        assert not acknowledged(gcs)
+        assert refused(gcs) == before + 2 * len(session)
+
+
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o660, 0o777])
+def test_a_key_that_others_may_use_is_no_key(tmp_path: Path, mode: int) -> None:
+    file = key_file(tmp_path)
+    file.chmod(mode)
+    ended = Running(HALFROLL, "sitl", "--signing", "require", "--signing-key", file).wait()
+    assert ended.code == 2
+    assert f"chmod 600 {file}" in ended.err
+
+
+def test_a_stored_key_is_its_owners_alone(tmp_path: Path) -> None:
+    store = tmp_path / "store"
+    store.mkdir()
+    for region in "01":
+        (store / f"signing.{region}.bin").touch(0o644)
+    with station("--signing", "require", "--signing-key", key_file(tmp_path), "--storage", store) as gcs:
+        refused(gcs)
+    kept = list(store.glob("signing.*"))
+    assert len(kept) == 2
+    assert {file.stat().st_mode & 0o777 for file in kept} == {0o600}
 
 
 @pytest.mark.parametrize(
