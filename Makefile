@@ -23,7 +23,7 @@ if missing; then echo "$(3) needs $(1): sudo apt-get install $(2)"; exit 1; fi; 
 touch $@
 endef
 
-.PHONY: fly test test-long lint analyse build boards board-m4 hil fuzz bench clean
+.PHONY: audit hashes fly test test-long lint analyse build boards board-m4 hil fuzz bench clean
 fly: build
 	$(BIN)/halfroll fly $(MISSION) $(ARGS)
 
@@ -51,6 +51,15 @@ fuzz: $(VENV)/ready | build/deps/clang
 	@test -f build/fuzz/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset fuzz >/dev/null
 	@$(BIN)/cmake --build build/fuzz -j $(JOBS)
 	$(BIN)/python tests/fuzz/run.py --seconds $(TIME) --output build/fuzz.json
+
+# What is installed is what is pinned; asks the index and pip-audit, too, where they answer.
+audit: $(VENV)/ready
+	$(BIN)/python cmake/audit.py --ask
+
+# The digests of every file of every pinned release, by uv (pip install uv); records no host.
+hashes:
+	uv pip compile constraints.txt --generate-hashes --no-deps --no-header --no-annotate --universal --python-version 3.11 \
+	  --quiet --output-file hashes.txt
 
 bench: build
 	$(BIN)/python tests/bench/bench.py --output build/bench.json

@@ -18,6 +18,15 @@ HalfrollError
 
 from __future__ import annotations
 
+_LONGEST = 1500  # of a message, in characters
+
+
+def _readable(message: str) -> str:
+    """What a file says may be quoted in it: no command to a terminal, and no page of digits."""
+    if len(message) > _LONGEST:
+        message = f"{message[: _LONGEST - 400]} … {message[-400:]}"
+    return "".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message)
+
 
 class HalfrollError(Exception):
     """Base of all errors halfroll raises on purpose. `kind` is the stable name in JSON."""
@@ -26,7 +35,7 @@ class HalfrollError(Exception):
     kind = "error"
 
     def __init__(self, message: str, item: int | None = None) -> None:
-        super().__init__(message)
+        super().__init__(_readable(message))
         self.item = item
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from halfroll.errors import InputError
+from halfroll.reading import read_text
 
 _REAL32 = 9  # MAV_PARAM_TYPE
 _COMPONENT = 1
@@ -58,7 +59,9 @@ def read_params(file: Path) -> dict[str, float]:
 
 def _lines(file: Path) -> list[str]:
     try:
-        return file.read_text().splitlines()
+        return read_text(file).splitlines()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror or error}; check the path") from None
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a text file; QGroundControl's .params format is wanted") from None
 

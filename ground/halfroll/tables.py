@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from halfroll.errors import InputError
+from halfroll.reading import read_text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -74,11 +75,13 @@ def _as_written(name_or_path: str | Path, folder: Path, what: str, error: type[I
             known = ", ".join(shipped(folder))
             raise error(f"no {what} is called {name_or_path!s}; shipped are {known}; or give the path of a .toml file")
     try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(read_text(file))
     except OSError as failure:
         raise error(f"{what} file {file}: {failure.strerror or failure}; check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failure:
+    except ValueError as failure:  # TOMLDecodeError, UnicodeDecodeError, an integer of thousands of digits
         raise error(f"{what} file {file} is not TOML: {failure}") from None
+    except RecursionError:
+        raise error(f"{what} file {file} is nested too deeply to be a {what}") from None
 
 
 def override(table: dict[str, Any], key: str, entry: str | float, unknown: InputError, made: tuple[str, ...]) -> None:

@@ -20,6 +20,7 @@ from halfroll.missions.mission import NOT_GIVEN, Fence, Mission, MissionItem, Ru
 from halfroll.missions.mission_items import NO_POSITION_FRAME, Command, first_flown, is_here
 from halfroll.missions.point_files import mission_from_csv, mission_from_kml
 from halfroll.missions.toml_missions import mission_from_toml
+from halfroll.reading import read_text
 from halfroll.wire.frames import degrees_from_wire, degrees_to_wire
 
 _WPL_HEADER = "QGC WPL"
@@ -57,7 +58,7 @@ def load_mission(path: str | Path) -> Mission:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, "utf-8-sig")
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file; check the name") from None
     except IsADirectoryError:
@@ -65,7 +66,7 @@ def _read(path: Path) -> str:
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a text file; use .plan, .waypoints, .kml (not .kmz), .csv or .toml") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error}); check its permissions") from None
 
 
 # ---- QGroundControl .plan

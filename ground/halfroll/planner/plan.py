@@ -28,6 +28,7 @@ from halfroll.planner.flatness import FlatOutputs, inverse_dynamics
 from halfroll.planner.limits import Limits, margins
 from halfroll.planner.minimum_time import NoDurations, Stretch, shortest
 from halfroll.planner.segments import PiecewisePolynomial, standing
+from halfroll.reading import read_arrays, read_text
 from halfroll.vehicle import Vehicle
 
 __all__ = ["FlatPoint", "Limits", "Plan", "plan_course"]
@@ -197,10 +198,10 @@ class Plan:
         path = Path(path)
         try:
             if path.suffix == ".npz":
-                with np.load(path, allow_pickle=False) as stored:
-                    table, pieces = json.loads(str(stored["plan"])), {k: stored[k] for k in ("times", "coefficients")}
+                description, times, coefficients = read_arrays(path, ("plan", "times", "coefficients"))
+                table, pieces = json.loads(str(description)), {"times": times, "coefficients": coefficients}
             elif path.suffix == ".json":
-                table = json.loads(path.read_text(encoding="utf-8"))
+                table = json.loads(read_text(path))
                 pieces = {k: np.array(table["trajectory"][k], dtype=float) for k in ("times", "coefficients")}
             else:
                 raise InputError(f"{path}: a plan is read from .npz or .json")

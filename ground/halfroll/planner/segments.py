@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from halfroll import _planner as kernel
 from halfroll.errors import InputError, PlanError
+from halfroll.reading import read_arrays, read_text
 
 Array = NDArray[np.float64]
 
@@ -103,9 +104,8 @@ class PiecewisePolynomial:
         path = Path(path)
         try:
             if path.suffix == ".npz":
-                with np.load(path, allow_pickle=False) as stored:
-                    return cls(stored["times"], stored["coefficients"])
-            text = path.read_text(encoding="utf-8")
+                return cls(*read_arrays(path, ("times", "coefficients")))
+            text = read_text(path)
             if path.suffix == ".json":
                 pieces = json.loads(text)
                 return cls(np.array(pieces["times"], dtype=float), np.array(pieces["coefficients"], dtype=float))

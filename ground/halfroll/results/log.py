@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfroll.errors import InputError
+from halfroll.reading import open_regular
 
 Array = NDArray[Any]
 _INDEXED = re.compile(r"(.+)\[(\d+)\]$")
@@ -84,7 +85,7 @@ def read_log(path: str | Path) -> Log:
 
     path = Path(path)
     try:
-        with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):  # pyulog prints what it skips
+        with open_regular(path) as file, contextlib.redirect_stdout(io.StringIO()):  # pyulog prints what it skips
             ulog = ULog(file)
         topics = {
             columns.name: _topic(columns.name, columns.data) for columns in ulog.data_list if columns.multi_id == 0
