@@ -10,7 +10,7 @@ from figures import Collector
 
 _STARTS_PROCESSES = ("tests/system/", "tests/hil/", "tests/test_readme.py")
 _BY_MISSION = "tests/system/links/test_link_faults.py"
-_IN_PROCESS = ("tests/system/contract/", "tests/system/links/")
+_IN_PROCESS = ("tests/system/contract/", "tests/system/links/", "tests/system/test_stream_lost_anywhere.py")
 
 hypothesis.settings.register_profile("halfroll", deadline=None)  # a slow moment of the machine is no failure
 hypothesis.settings.load_profile("halfroll")

@@ -181,8 +181,10 @@ def shipped_scenarios() -> list[str]:
 
 
 def scenario_table(name_or_path: str | Path) -> dict[str, Any]:
-    """What the file of a scenario says, with what it is like filled in; unchecked. Raises ScenarioError."""
-    return tables.read(name_or_path, _FOLDER, "scenario", ScenarioError)
+    """What the file of a scenario says, with what it is like and what it leaves out filled in; unchecked. Raises
+    ScenarioError."""
+    left_out = Scenario(name="").model_dump(mode="json", exclude={"name", "description", "vehicle", "seed"})
+    return tables.merged(left_out, tables.read(name_or_path, _FOLDER, "scenario", ScenarioError))
 
 
 def load_scenario(name_or_path: str | Path, overrides: Mapping[str, str | float] | None = None) -> Scenario:

@@ -59,7 +59,7 @@ def test_the_gate_ends_with_one_when_something_got_worse(folder):
     same = halfroll(folder, "campaign", "space.toml", "-o", "same", "--seed", "4", "--compare", "before")
     assert same.returncode == 0, same.stdout + same.stderr
     assert "nothing is significantly worse" in same.stdout
-    (folder / "space.toml").write_text(SPACE.replace("[vary]", '[set]\n"params.POS_KP_XY" = 1.0\n\n[vary]'))
+    (folder / "space.toml").write_text(SPACE.replace("[vary]", '[set]\n"params.POS_KD_XY" = 2.0\n\n[vary]'))
     worse = halfroll(folder, "campaign", "space.toml", "-o", "worse", "--compare", "before", "--json")
     assert worse.returncode == 1
     assert any(each["worse"] for each in json.loads(worse.stdout)["compared"])

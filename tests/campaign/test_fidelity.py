@@ -60,8 +60,9 @@ def test_a_run_that_ends_badly_says_how(tmp_path):
     assert not row["succeeded"]
     assert row["why"] in ("left the plan", "crashed", "the autopilot left OFFBOARD")
     assert np.isfinite(row["tracking_max_m"])
-    overloaded = prepare(hop_space(tmp_path, vary={}, set={"vehicle.rotor.thrust_max_N": 1.45}))
-    assert fly_run(overloaded, run)["why"]
+    weak = prepare(hop_space(tmp_path, vary={"vehicle.rotor.thrust_max_N": {"uniform": [1.44, 1.46]}}))
+    (run,) = runs_of(weak.space, 0, 1)
+    assert "cannot hover" in fly_run(weak, run)["why"]
 
 
 def _path(plan):

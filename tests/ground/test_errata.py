@@ -21,7 +21,6 @@ from halfroll.paper.flights import START_M
 from halfroll.planner.flatness import inverse_dynamics
 from halfroll.planner.segments import node, rest, solve
 from halfroll.scenario import load_scenario
-from halfroll.station.references import _flat as flat_reference
 from halfroll.station.references import firmware_vehicle, path_of
 from halfroll.streamed import StreamedFlight
 from halfroll.vehicle import GRAVITY, load_vehicle
@@ -264,6 +263,22 @@ def test_smoothness_at_free_fall(change):
     assert kinked.at(half - 1e-9, 4) == pytest.approx(kinked.at(half, 4), rel=1e-4, abs=1e-4)
 
 
+def flat(derivatives):
+    """Of (5, 4) derivatives of x, y, z, yaw."""
+    position, velocity, acceleration, jerk, snap = derivatives[:, :3]
+    yaw, yaw_rate, yaw_acceleration = derivatives[:3, 3]
+    return _firmware.FlatReference(
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        jerk=jerk,
+        snap=snap,
+        yaw=yaw,
+        yaw_rate=yaw_rate,
+        yaw_acceleration=yaw_acceleration,
+    )
+
+
 def test_hold_keeps_turning():
     """While the force is too small to have a direction the paper freezes attitude and rate, which contradict each other
     at 945 deg/s. Here the attitude goes on at that rate."""
@@ -274,7 +289,7 @@ def test_hold_keeps_turning():
     sent = []
     for tick in range(40, 66):
         t = 0.01 * tick
-        now = flat_reference(path.at(t))
+        now = flat(path.at(t))
         near = path.is_near_sigma_event(t)
         sent.append(
             loop.step(

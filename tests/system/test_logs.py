@@ -158,9 +158,9 @@ def test_a_log_cut_off_anywhere_flies_again_as_far_as_it_goes(path: Path, tmp_pa
 
 def test_what_anybodys_client_flew_in_real_time_flies_again_too(tmp_path: Path) -> None:
     path = tmp_path / "f.ulg"
-    with simulator("--log", path, "--duration", "4") as (running, instance), Gcs(instance) as gcs:
+    with simulator("--log", path, "--duration", "10") as (running, instance), Gcs(instance) as gcs:
         gcs.until(lambda message: message.get_type() == "HEARTBEAT", gcs.heartbeat())
-        gcs.command(400, 1.0)
+        gcs.arm()
         gcs.command(22, 0, 0, 0, *[float("nan")] * 4)
         running.wait()
     assert read_log(path)["vehicle_state"]["armed"].any()

@@ -159,8 +159,7 @@ def test_who_is_not_heard_is_told_why(tmp_path: Path) -> None:
     with station("--signing", "require", "--signing-key", key_file(tmp_path)) as gcs:
         sign_with(gcs, OTHER_KEY)
         assert not answered(gcs)
-        text = gcs.until(lambda m: m.get_type() == "STATUSTEXT" and m.text.startswith("Signing"))
-        assert text.text == "Signing: frames without a valid signature refused"
+        assert "Signing: frames without a valid signature refused" in gcs.texts
 
 
 def test_a_whole_recorded_session_does_nothing_when_it_is_played_again(tmp_path: Path) -> None:

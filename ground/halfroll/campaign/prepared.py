@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from halfroll import _firmware
-from halfroll.campaign.space import Setup, Space
+from halfroll.campaign.space import Setup, Space, SpaceError
 from halfroll.errors import MissionError
 from halfroll.missions.geodesy import GeoPoint
 from halfroll.missions.mission import Mission, PlanOptions
@@ -83,9 +83,12 @@ def plan_of(mission: Mission, origin: GeoPoint, setup: Setup) -> Planned:
 
 
 def firmware_setup(vehicle: Vehicle) -> _firmware.VehicleSetup:
-    """Any vehicle as firmware and world have it."""
+    """Any vehicle as firmware and world have it. Raises SpaceError for one that they do not fly."""
     numbers = [f"{key}={number:.17g}" for key, number in vehicle.numbers().items()]
-    return _firmware.vehicle_setup("mit-vp" if vehicle.variable_pitch else "mit-fp", numbers)
+    try:
+        return _firmware.vehicle_setup("mit-vp" if vehicle.variable_pitch else "mit-fp", numbers)
+    except ValueError as error:
+        raise SpaceError(str(error)) from None
 
 
 def switched_on(setup: Setup, origin: GeoPoint, image: bytes, seed: int) -> _firmware.Sortie:
