@@ -26,7 +26,7 @@ def until_killed(instance: int, running: Running, after_s: float) -> float:
     """Arms, takes off, kills. Vehicle time as last heard [s]."""
     with Gcs(instance) as gcs:
         gcs.until(lambda message: message.get_type() == "HEARTBEAT", gcs.heartbeat())
-        gcs.command(400, 1.0)
+        gcs.arm()
         gcs.command(22, 0, 0, 0, float("nan"), float("nan"), float("nan"), float("nan"))
         until = time.monotonic() + after_s
         while time.monotonic() < until:

@@ -173,7 +173,7 @@ def test_a_log_is_sought_played_followed_and_seen_in_the_dark(browser: Browser, 
         seen.until(lambda: seen.drawn_panels() >= 4, "drawn in four panels")
         seen.picture("page_log")
         seen.page.get_by_label("Follow").check()
-        seen.page.get_by_label("Dark").check()
+        seen.page.get_by_label("Dark", exact=True).check()
         seen.page.wait_for_timeout(3000)
         seen.seek(0.52)
         seen.page.wait_for_timeout(3000)

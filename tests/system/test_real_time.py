@@ -28,4 +28,4 @@ def test_rate_and_99th_percentile_of_the_interval_are_printed(flown: tuple[Ended
 
 def test_everything_a_flight_leaves_lies_in_its_folder(flown: tuple[Ended, Path]) -> None:
     names = {path.name for path in flown[1].iterdir()}
-    assert names == {"flight.ulg", "flight.png", "plan.csv", "plan.json", "report.html", "result.json"}
+    assert names == {"flight.ulg", "flight.png", "flight.tlog", "plan.csv", "plan.json", "report.html", "result.json"}

@@ -90,7 +90,7 @@ class Dask:
                     under_way.add(client.submit(_fly_block, shared, block, pure=False, retries=DEATHS))
                 if not under_way:
                     return
-                done = _first_done(under_way)
+                done = _first_done(client, under_way)
                 under_way -= done
                 for future in done:
                     yield from _rows_of(future)
@@ -115,10 +115,11 @@ class Dask:
         return client
 
 
-def _first_done(under_way: set[Any]) -> set[Any]:
+def _first_done(client: Any, under_way: set[Any]) -> set[Any]:
     from distributed import wait as wait_for
 
-    return set(wait_for(list(under_way), return_when="FIRST_COMPLETED").done)
+    with client.as_current():
+        return set(wait_for(list(under_way), return_when="FIRST_COMPLETED").done)
 
 
 def _rows_of(future: Any) -> list[Row]:

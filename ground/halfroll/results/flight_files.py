@@ -45,6 +45,8 @@ class FlightFiles:
             self.report,
         ):
             option = "--out DIR" if file.parent == self.folder else named[file]
+            if file.exists() and not file.is_file():  # what is there is removed, and should be no device
+                raise InputError(f"{file}: it is no file; choose another with {option}")
             try:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.touch()
