@@ -43,7 +43,6 @@ std::uint8_t nav_state(std::uint8_t mode) {
 Px4Topics::Px4Topics(Ulog& ulog, const sim::Plant& plant, const link::Origin& origin, float thrust_reference,
                      int system_id)
     : origin_(origin),
-      thrust_min_(static_cast<float>(plant.thrust_min)),
       thrust_max_(static_cast<float>(plant.thrust_max)),
       thrust_reference_(thrust_reference),
       reversible_(plant.thrust_min < 0.0),

@@ -24,7 +24,7 @@ class Px4Topics {
   void add_status(Ulog& ulog, const FlightRecord& record);
 
   link::Origin origin_;
-  float thrust_min_, thrust_max_, thrust_reference_;
+  float thrust_max_, thrust_reference_;
   bool reversible_;
   double capacity_Ah_;
   std::uint8_t system_id_;
