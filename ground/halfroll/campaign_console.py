@@ -13,6 +13,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 from rich.text import Text
 
+from halfroll.campaign.statistics import in_words
 from halfroll.console import console
 from halfroll.wire.transport import wall_s
 
@@ -79,7 +80,7 @@ def show_summary(
         out.print(Text(f"{each.output} depends on {shares} ({each.method})"), soft_wrap=True)
     if summary.worst:
         run, miss = summary.worst[0]
-        out.print(Text(f"the worst missed a waypoint by {miss:.3f} m: {replay.format(run=run)}"), soft_wrap=True)
+        out.print(Text(f"the worst: {in_words(miss)}, {replay.format(run=run)}"), soft_wrap=True)
     for name, path in places:
         out.print(Text(f"{name:7}{path}"), soft_wrap=True)
 

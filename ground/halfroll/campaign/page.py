@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import halfroll
 from halfroll.campaign.sensitivity import Sensitivity, sensitivities
-from halfroll.campaign.statistics import Summary, column, interval, summary_of
+from halfroll.campaign.statistics import Summary, column, in_words, interval, summary_of
 from halfroll.drawing import ON_PAPER, style
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def write_page(path: Path, space: Space, runs: pa.Table, replay: str) -> None:
             _table(
                 ("run", "waypoint miss", "again"),
                 [
-                    (str(run), f"{miss:.3f} m", f"<code>{html.escape(replay.format(run=run))}</code>")
+                    (str(run), in_words(miss), f"<code>{html.escape(replay.format(run=run))}</code>")
                     for run, miss in summary.worst
                 ],
                 escaped=True,

@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -105,6 +106,11 @@ def summary_of(runs: pa.Table) -> Summary:
         worst=tuple((int(numbers[i]), float(miss[i])) for i in order),
         flight_s=float(column(runs, "flight_s").sum()),
     )
+
+
+def in_words(miss_m: float) -> str:
+    """A largest waypoint miss; there is none where the plan was never begun."""
+    return f"{miss_m:.3f} m from a waypoint" if isfinite(miss_m) else "never came to the plan"
 
 
 def column(runs: pa.Table, name: str) -> NDArray[Any]:
