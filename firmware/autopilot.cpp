@@ -51,7 +51,7 @@ Outputs Autopilot::step(const Inputs& in) {
   measured.pose = pose_source_.choose(t_us_, in.measured.pose, linked_pose_, params_);
   linked_pose_.reset();
   estimate_ = estimator_.step(t_us_, measured, armed_ && !landed_.on_ground(), params_);
-  if (is_finite(imu_)) {
+  if (is_plausible(imu_)) {
     rotor_monitor_.step(rotors_, estimate_.w_WB_B, imu_.specific_force_B, vehicle_);
   } else {
     imu_failed_us_ = t_us_;

@@ -67,7 +67,7 @@ Observation<3> late_velocity(const Motion& then, const Motion& now, float age) {
 }
 
 Estimate Estimator::step(std::uint64_t t_us, const Measurements& measured, bool flying, const Params& params) {
-  const Imu imu = is_finite(measured.imu) ? measured.imu : imu_;
+  const Imu imu = is_plausible(measured.imu) ? measured.imu : imu_;
   if (started_) path_.step(t_us, unbiased(imu_), unbiased(imu), placed_);
   started_ = true;
   imu_ = imu;

@@ -30,7 +30,11 @@ struct Imu {
   bool operator==(const Imu& o) const { return state() == o.state(); }
 };
 
-inline bool is_finite(const Imu& imu) { return imu.w_WB_B.allFinite() && imu.specific_force_B.allFinite(); }
+/// Whether a sensor can have said so: none measures beyond, and what is squared on the way stays finite.
+inline bool is_plausible(const Imu& imu) {
+  constexpr float kRateMost = 1e3F, kForceMost = 1e4F;  // [rad/s], [m/s²]
+  return (imu.w_WB_B.array().abs() <= kRateMost).all() && (imu.specific_force_B.array().abs() <= kForceMost).all();
+}
 
 // What comes besides was taken at t_us and is usually delivered later. A deviation is one sigma per axis; 0 says that
 // the sensor does not know it, and a parameter stands in.

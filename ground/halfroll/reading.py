@@ -4,13 +4,14 @@ is no regular file, and nothing that is larger than any mission, vehicle or plan
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 import zipfile
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,14 @@ def read_bytes(path: str | Path) -> bytes:
 def read_text(path: str | Path, encoding: str = "utf-8") -> str:
     """The same as text. Raises OSError, and UnicodeDecodeError for what is none."""
     return read_bytes(path).decode(encoding).replace("\r\n", "\n")
+
+
+def parse_json(text: str) -> Any:
+    """What a JSON text says. Raises ValueError for what is none, and for what is nested deeper than Python follows."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
 
 
 def read_arrays(path: str | Path, names: Sequence[str]) -> list[NDArray[np.float64]]:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from halfroll.campaign.judgement import SUMMED_UP
 from halfroll.campaign.space import Space, SpaceError
 from halfroll.errors import InputError
+from halfroll.reading import parse_json, read_text
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -158,15 +159,15 @@ def open_archive(folder: Path, space: Space) -> Archive:
     parquet()
     about, identity = folder / "campaign.json", vars(_Identity.of(space))
     if about.is_file():
-        known = json.loads(about.read_text())
+        known = _identity_in(about)
         for key, what in (
             ("space", "another space"),
             ("seed", "another seed"),
             ("table_runs", "another number of runs"),
         ):
-            if known["identity"][key] != identity[key]:
+            if known[key] != identity[key]:
                 raise SpaceError(
-                    f"{folder} holds {known['name']} with {what}; give another folder with -o, or remove this one"
+                    f"{folder} holds a campaign with {what}; give another folder with -o, or remove this one"
                 )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "runs").mkdir(exist_ok=True)
@@ -180,6 +181,16 @@ def open_archive(folder: Path, space: Space) -> Archive:
     rough.write_text(json.dumps(told, indent=1) + "\n")
     rough.replace(about)
     return Archive(folder, space)
+
+
+def _identity_in(about: Path) -> dict[str, Any]:
+    try:
+        identity = parse_json(read_text(about))["identity"]
+        return {key: identity[key] for key in _Identity.__annotations__}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise SpaceError(
+            f"{about} does not say what campaign it is of ({error}); give another folder with -o"
+        ) from None
 
 
 def part_files(folder: Path) -> list[Path]:

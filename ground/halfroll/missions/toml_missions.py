@@ -114,7 +114,7 @@ def mission_from_toml(text: str, name: str) -> Mission:
     """Our own format: waypoints with optional derivatives, heading, hold and speed limit. Raises MissionError."""
     try:
         raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError, an integer of thousands of digits
         raise MissionError(f"is not TOML: {error}") from None
     except RecursionError:
         raise MissionError("is nested too deeply to be a mission") from None

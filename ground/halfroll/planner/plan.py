@@ -28,7 +28,7 @@ from halfroll.planner.flatness import FlatOutputs, inverse_dynamics
 from halfroll.planner.limits import Limits, margins
 from halfroll.planner.minimum_time import NoDurations, Stretch, shortest
 from halfroll.planner.segments import PiecewisePolynomial, standing
-from halfroll.reading import read_arrays, read_text
+from halfroll.reading import parse_json, read_arrays, read_text
 from halfroll.vehicle import Vehicle
 
 __all__ = ["FlatPoint", "Limits", "Plan", "plan_course"]
@@ -198,7 +198,7 @@ class Plan:
     def of_json(cls, text: str, where: str = "this text") -> Plan:
         """What as_json wrote. Raises InputError."""
         try:
-            table = json.loads(text)
+            table = parse_json(text)
             return cls._described(
                 table, {k: np.array(table["trajectory"][k], dtype=float) for k in ("times", "coefficients")}
             )
@@ -212,7 +212,7 @@ class Plan:
         try:
             if path.suffix == ".npz":
                 description, times, coefficients = read_arrays(path, ("plan", "times", "coefficients"))
-                return cls._described(json.loads(str(description)), {"times": times, "coefficients": coefficients})
+                return cls._described(parse_json(str(description)), {"times": times, "coefficients": coefficients})
             if path.suffix == ".json":
                 return cls.of_json(read_text(path), str(path))
             raise InputError(f"{path}: a plan is read from .npz or .json")

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from halfroll import _planner as kernel
 from halfroll.errors import InputError, PlanError
-from halfroll.reading import read_arrays, read_text
+from halfroll.reading import parse_json, read_arrays, read_text
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class PiecewisePolynomial:
                 return cls(*read_arrays(path, ("times", "coefficients")))
             text = read_text(path)
             if path.suffix == ".json":
-                pieces = json.loads(text)
+                pieces = parse_json(text)
                 return cls(np.array(pieces["times"], dtype=float), np.array(pieces["coefficients"], dtype=float))
             header, *rows = (line.split(",") for line in text.splitlines())
             if header != _CSV_COLUMNS or not rows:

@@ -5,7 +5,6 @@ Why: report, info, figures and comparison need nothing but the log, whoever flew
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from halfroll.errors import HalfrollError, InputError
 from halfroll.planner.plan import Plan
+from halfroll.reading import parse_json
 from halfroll.results.evaluation import FlightFigures, evaluate
 from halfroll.results.log import Log
 from halfroll.vehicle import Vehicle
@@ -39,7 +39,7 @@ class LoggedFlight:
 
     @classmethod
     def of(cls, log: Log) -> LoggedFlight:
-        """Raises InputError for a plan or a vehicle in it that cannot be read."""
+        """Raises InputError for a plan, a vehicle or an outcome in it that cannot be read."""
         kept = log.embedded
         plan = Plan.of_json(kept["plan"], f"the plan in {log.path}") if "plan" in kept else None
         start_s = float(log.info["plan_start_s"]) if plan is not None and "plan_start_s" in log.info else None
@@ -47,9 +47,8 @@ class LoggedFlight:
         figures = None
         if plan is not None and start_s is not None and vehicle is not None and start_s < log["vehicle_truth"].t[-1]:
             figures = evaluate(plan, start_s, log, vehicle)
-        outcome: dict[str, Any] = json.loads(kept["outcome"]) if kept.get("outcome") else {}
         name = kept.get("mission", log.path.stem)
-        return cls(log, name, kept.get("command"), plan, start_s, vehicle, figures, outcome)
+        return cls(log, name, kept.get("command"), plan, start_s, vehicle, figures, _outcome(log))
 
     @property
     def error(self) -> str | None:
@@ -115,6 +114,16 @@ def _vehicle(log: Log) -> Vehicle | None:
         return Vehicle.model_validate_json(text)
     except ValueError as error:
         raise InputError(f"{log.path}: the vehicle in it cannot be read ({error})") from None
+
+
+def _outcome(log: Log) -> dict[str, Any]:
+    text = log.embedded.get("outcome")
+    if not text:
+        return {}
+    try:
+        return dict(parse_json(text))
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{log.path}: the outcome in it cannot be read ({error})") from None
 
 
 def require_flight(log: Log) -> LoggedFlight:

@@ -4,13 +4,13 @@ here and nowhere else.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from halfroll.errors import InputError
 from halfroll.missions.mission import Mission
 from halfroll.planner.plan import Plan
+from halfroll.reading import parse_json, read_text
 from halfroll.results.log import Log
 from halfroll.viewer.from_log import logged
 from halfroll.viewer.moments import Recording, planned
@@ -65,7 +65,7 @@ def _of_log(log: Log | Path, path: Path, plan: Plan | str | Path | None) -> Reco
 
 def _start_in(result: Path) -> float | None:
     try:
-        start_s = json.loads(result.read_text(encoding="utf-8")).get("plan_start_s")
+        start_s = parse_json(read_text(result)).get("plan_start_s")
     except (OSError, ValueError):
         return None
     return float(start_s) if isinstance(start_s, (int, float)) else None
