@@ -20,7 +20,13 @@ if(HALFROLL_SANITIZE)
     -fno-sanitize=vptr)  # the firmware has no RTTI
   target_link_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE})
 endif()
+
+# What fuzzing follows: the firmware, not the world around it, Eigen or the search for broken invariants, which would be
+# most of what it sees. Lines are counted where messages are understood (tests/fuzz/run.py).
+add_library(fuzzed_flags INTERFACE)
 if(HALFROLL_FUZZ)
-  target_compile_options(halfroll_flags INTERFACE -fsanitize=fuzzer-no-link -fprofile-instr-generate -fcoverage-mapping)
+  target_compile_options(fuzzed_flags INTERFACE -fsanitize=fuzzer-no-link
+    -fsanitize-coverage-ignorelist=${CMAKE_SOURCE_DIR}/tests/fuzz/not_followed.txt
+    -fprofile-instr-generate -fcoverage-mapping -fprofile-list=${CMAKE_SOURCE_DIR}/tests/fuzz/counted.txt)
   target_link_options(halfroll_flags INTERFACE -fprofile-instr-generate)
 endif()

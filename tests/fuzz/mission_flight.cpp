@@ -8,7 +8,7 @@ namespace {
 using namespace halfroll;
 using namespace halfroll::fuzz;
 
-constexpr int kLongestMs = 12000;
+constexpr int kLongestMs = 6000;
 constexpr int kMostItems = 48;
 constexpr std::int32_t kMetre_degE7 = 90;  // northward, about
 

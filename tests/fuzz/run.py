@@ -90,7 +90,7 @@ def fuzz(target: str, seconds: int, work: Path) -> dict[str, object]:
                 f"-max_total_time={seconds}",
                 f"-max_len={_LONGEST_INPUT}",
                 "-print_final_stats=1",
-                "-timeout=20",
+                "-timeout=300",  # of the clock: an idle processor may be busy for long
                 f"-artifact_prefix={found}/{target}-",
                 corpus,
                 work / "seeds" / target,
