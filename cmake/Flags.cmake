@@ -15,11 +15,14 @@ target_compile_definitions(halfroll_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_N
 if(HALFROLL_SANITIZE OR CMAKE_BUILD_TYPE STREQUAL "Debug")
   target_compile_definitions(halfroll_flags INTERFACE HALFROLL_CHECKED)  # sim/sitl/checked.hpp
 endif()
+add_library(sanitized_flags INTERFACE)
 if(HALFROLL_SANITIZE)
-  target_compile_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
-    -fno-sanitize=vptr)  # the firmware has no RTTI
-  target_link_options(halfroll_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE})
+  target_compile_options(sanitized_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
+    -fno-sanitize=vptr  # the firmware has no RTTI
+    -fsanitize-ignorelist=${CMAKE_SOURCE_DIR}/cmake/modular.txt)
+  target_link_options(sanitized_flags INTERFACE -fsanitize=${HALFROLL_SANITIZE})
 endif()
+target_link_libraries(halfroll_flags INTERFACE sanitized_flags)
 
 # What fuzzing follows: the firmware, not the world around it, Eigen or the search for broken invariants, which would be
 # most of what it sees. Lines are counted where messages are understood (tests/fuzz/run.py).

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from halfroll.errors import HalfrollError
 from halfroll.station.record import Event
@@ -29,9 +30,13 @@ _SEVERITY = {"left": 4, "plan-failed": 4, "late": 4, "released": 5}  # as in sys
 _TOLD = ("mission", "planned", "plan-failed", "late", "approach", "flying", "left", "handed-back", "released")
 _REFERENCE_HZ = 100.0
 _GROUND = "ground: "
+_BLOCK = 1000  # samples that are evaluated at once
 _HEADER = 16  # bytes
 # The simulator's log says what these hold; it numbers its own topics from 0.
 _TRAJECTORY, _POSITION_SETPOINT = (60001, "trajectory_reference"), (60002, "vehicle_local_position_setpoint")
+
+_DATA = [("size", "<u2"), ("kind", "S1"), ("topic", "<u2"), ("t_us", "<u8")]  # how a message of a topic begins
+_SAMPLE = np.dtype([("ours", [*_DATA, ("x", "<f4", 15)]), ("px4", [*_DATA, ("x", "<f4", 10)])])
 
 
 class FlightRecorder:
@@ -43,6 +48,7 @@ class FlightRecorder:
         self._plan: Plan | None = None
         self._start_s: float | None = None
         self._written = 0  # samples of the plan
+        self._ahead = np.empty(0, dtype=_SAMPLE)  # the block of them that is being written
 
     def hear(self, event: Event) -> None:
         """Also begins: the simulator has made its log before anything is heard of it."""
@@ -84,26 +90,15 @@ class FlightRecorder:
         """The plan's samples up to now."""
         if self._plan is None or self._start_s is None:
             return
-        plan, end_s = self._plan, min(t_s - self._start_s, self._plan.T)
+        end_s = min(t_s - self._start_s, self._plan.T)
         count = int(end_s * _REFERENCE_HZ + 1e-6) + 1
-        t = np.arange(self._written, count) / _REFERENCE_HZ
-        if not len(t):
-            return
-        self._written = count
-        d = plan.trajectory.derivatives(t)
-        forces = plan.outputs(t).rotors if len(t) > 1 else plan.outputs(np.append(t, t + 1e-3)).rotors[:1]
-        p, v, a = (d[:, order, :3] for order in range(3))
-        wire = [to_wire(quantity) for quantity in (p, v, a)]
-        pieces = []
-        for i, at in enumerate(t):
-            stamp = struct.pack("<Q", round((self._start_s + at) * 1e6))
-            ours = (at, *p[i], *v[i], *a[i], d[i, 0, 3], *forces[i])
-            px4 = (*wire[0][i], -d[i, 0, 3], *wire[1][i], *wire[2][i])
-            for (number, _), numbers in ((_TRAJECTORY, ours), (_POSITION_SETPOINT, px4)):
-                pieces.append(
-                    _message(b"D", struct.pack("<H", number) + stamp + struct.pack(f"<{len(numbers)}f", *numbers))
-                )
-        self._append(b"".join(pieces))
+        while self._written < count:
+            block, at = divmod(self._written, _BLOCK)
+            if at == 0:
+                self._ahead = _samples(self._plan, self._start_s, block * _BLOCK)
+            ready = self._ahead[at : count - block * _BLOCK]
+            self._append(ready.tobytes())
+            self._written += len(ready)
 
     def _say(self, event: Event) -> None:
         severity = ord("0") + _SEVERITY.get(event.kind, 6)
@@ -124,6 +119,22 @@ class FlightRecorder:
         if self._file is not None:
             with contextlib.suppress(OSError):  # the disk is full: the simulator says so
                 os.write(self._file, messages)
+
+
+def _samples(plan: Plan, start_s: float, first: int) -> NDArray[np.void]:
+    """A block of the plan's samples as the messages of a log, from the one of this number on."""
+    t = np.arange(first, min(first + _BLOCK, int(plan.T * _REFERENCE_HZ + 1e-6) + 1)) / _REFERENCE_HZ
+    d = plan.trajectory.derivatives(t)
+    p, v, a, yaw = d[:, 0, :3], d[:, 1, :3], d[:, 2, :3], d[:, 0, 3:]
+    ours = (t[:, None], p, v, a, yaw, plan.outputs(t).rotors)
+    px4 = (to_wire(p), -yaw, to_wire(v), to_wire(a))
+    samples = np.empty(len(t), dtype=_SAMPLE)
+    for part, (topic, _), columns in (("ours", _TRAJECTORY, ours), ("px4", _POSITION_SETPOINT, px4)):
+        message = samples[part]
+        message["size"], message["kind"], message["topic"] = message.dtype.itemsize - 3, b"D", topic
+        message["t_us"] = np.rint((start_s + t) * 1e6)
+        message["x"] = np.hstack(columns)
+    return samples
 
 
 def copy_of_the_grounds(log: Path, new_log: Path) -> None:
