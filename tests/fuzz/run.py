@@ -119,7 +119,7 @@ def replay(target: str, work: Path) -> None:
     profile = work / "profiles" / f"{target}.profraw"
     words = [program(target), "-runs=0", f"-max_len={_LONGEST_INPUT}", work / "corpus" / target]
     environment = {**os.environ, "LLVM_PROFILE_FILE": str(profile)}
-    subprocess.run(words, check=True, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(words, cwd=work, check=True, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def added(results: list[dict[str, object]], reached: dict[str, float]) -> dict[str, object]:
@@ -141,7 +141,7 @@ def merge(target: str, work: Path) -> None:
         least = Path(folder)
         inputs = (work / "corpus" / target, work / "seeds" / target)
         words = [program(target), "-merge=1", f"-max_len={_LONGEST_INPUT}", least, *inputs]
-        subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run(words, cwd=work, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         pack(target, least)
 
 
