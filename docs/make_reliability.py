@@ -23,9 +23,7 @@ SECTIONS = {
     "Link faults": """\
 Missions from upload to landing over links that lose up to 20 %, delay by up to 60 ms, jitter by up to 30 ms, fall
 silent for up to 400 ms, reorder, repeat, spoil and throttle, both ways and for ground station and ground control
-station, in vehicle time, by seed ([each fault](../tests/system/links/test_link_faults.py)). What turns over is flown
-with the height that a lost link may cost at its speed, 0.5 m + 0.3 s v + v²/(12 m/s²): at 5 m, 2 of 24 flights met the
-ground.
+station, in vehicle time, by seed ([each fault](../tests/system/links/test_link_faults.py)).
 """,
     "Ground station killed": """\
 At moments drawn from the whole flight, from arming to landing. The next one knows only what the autopilot has stored;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uint64_t kImuFailureShownUs = 500000;
 constexpr float kLeaning = 0.5F;  // cosine of the tilt beyond which a stream that ends leaves nothing to fly on from
+constexpr float kSinking = 1.F;   // [m/s], so does one that falls faster: what modes brake with may need more height
 
 }  // namespace
 
@@ -156,9 +157,10 @@ void Autopilot::enter(Mode mode, Requester who) {
   if (who == Requester::kUser) user_mode_ = mode;
   const bool stops = mode == Mode::kHold || mode == Mode::kLand;
   if (who != Requester::kAutopilot || !stops) recovery_ = Recovery::kNone;
-  const bool leaning = up_axis(estimate_.q_WB).z() < kLeaning && estimate_.position_valid;
+  const bool leaning = up_axis(estimate_.q_WB).z() < kLeaning, sinking = estimate_.v_WB.z() < -kSinking;
   const bool streamed = mode_ == Mode::kOffboard && recovery_ == Recovery::kNone;
-  if (streamed && leaning && armed_ && !landed_.on_ground()) start_recovery();
+  const bool falls = (leaning || sinking) && estimate_.position_valid;
+  if (streamed && falls && armed_ && !landed_.on_ground()) start_recovery();
   mode_ = mode;
   idle_s_ = 0.F;
 }

@@ -10,6 +10,7 @@ namespace {
 constexpr int kItemsPerTick = 16;     // items that need no time; bounds the work of one tick
 constexpr float kYawReached = 0.05F;  // [rad]
 constexpr float kOverLanding = 0.5F;  // [m], horizontal, before a landing goes down
+constexpr float kLandingRest = 0.5F;  // [m/s], horizontal: one that flies past comes back first
 
 }  // namespace
 
@@ -117,7 +118,8 @@ MissionStep MissionRunner::step(const MissionItems& items, const Estimate& estim
           out.target.position.y() = item.position.y();
         }
         const Vec3 off = out.target.position - estimate.p_WB;
-        arrived_ = arrived_ || off.head<2>().norm() < kOverLanding;
+        const bool slow = reference.velocity.head<2>().norm() < kLandingRest;
+        arrived_ = arrived_ || (slow && off.head<2>().norm() < kOverLanding);
         out.descend = arrived_;
         if (!arrived_ || !landed) return out;
         break;

@@ -218,6 +218,23 @@ def test_a_mission_that_is_started_upside_down_begins_upright_and_at_rest(at_twe
     assert up(flying) > 0.9
 
 
+def test_a_mission_that_goes_on_in_a_fall_stops_it_first(at_twelve_metres: Aircraft) -> None:
+    """Upright, rotors idle for half a second: stopped as hard as the rotors can, not as gently as the mode flies."""
+    aircraft = at_twelve_metres.copy()
+    client = aircraft.client(A, system=1, component=191)
+    assert client.upload(LINE) == 0
+    aircraft.stream(client, 0.5, thrust=0.0)
+    height, sinks = float(aircraft.world.p_WB[2]), -float(aircraft.world.v_WB[2])
+    assert sinks > 3.5
+    assert up(aircraft) > 0.95
+    assert client.set_mode(MISSION) == ACCEPTED
+    lowest = height
+    for _ in range(2000):
+        aircraft.step()
+        lowest = min(lowest, float(aircraft.world.p_WB[2]))
+    assert height - lowest < 0.3 * sinks + sinks**2 / 12.0
+
+
 EACH = [(name, n) for name in ("mission", "flip") for n in range(POINTS)]
 
 

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/constants.hpp"
@@ -76,6 +78,26 @@ TEST_CASE("takeoff, waypoints and landing are reached once each and in order") {
   CHECK(flight.reached == std::vector<int>{0, 1, 2, 3});
   CHECK(flight.runner.complete());
   CHECK(flight.estimate.p_WB.head<2>().norm() < 0.6F);
+}
+
+TEST_CASE("a landing that is flown past at speed is come back to before it goes down") {
+  PerfectFlight flight({to(ItemKind::kLand, {10.F, 0.F, 0.F})});
+  flight.landed = false;
+  flight.follower.start({4.F, 0.F, 3.F}, {6.F, 0.F, 0.F}, 0.F);
+  flight.estimate.p_WB = {4.F, 0.F, 3.F};
+  float farthest = 0.F;
+  for (int tick = 0; tick < 3000; ++tick) {
+    const FlatReference& r = flight.follower.reference();
+    const MissionStep step =
+        flight.runner.step(flight.items, flight.estimate, r, Vec3::Zero(), false, kReferenceDt, flight.params);
+    if (step.descend) break;
+    flight.follower.step(step.target, kReferenceDt, flight.params);
+    flight.estimate.p_WB = flight.follower.reference().position;
+    farthest = std::max(farthest, flight.estimate.p_WB.x());
+  }
+  CHECK(farthest > 11.F);
+  CHECK(std::abs(flight.estimate.p_WB.x() - 10.F) < 0.5F);
+  CHECK(flight.follower.reference().velocity.head<2>().norm() < 0.5F);
 }
 
 TEST_CASE("a waypoint with a hold is waited at") {

@@ -11,13 +11,13 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halfroll import _firmware
 from halfroll.errors import HalfrollError, LinkError
+from halfroll.missions.geodesy import GeoPoint
 from halfroll.missions.mission import Mission, PlanOptions
 from halfroll.missions.mission_files import load_mission
 from halfroll.planner.course import with_takeoff_and_landing
@@ -54,22 +54,16 @@ class Errand:
         file: Path,
         vehicle: str = "mit-vp",
         options: PlanOptions = PlanOptions.of("fast"),  # noqa: B008
-        higher_m: float = 0.0,
     ) -> Errand:
-        loaded = load_mission(file)
-        items = tuple(replace(item, z=item.z + higher_m) if item.z else item for item in loaded.items)
-        waypoints = loaded.waypoints and tuple(
-            replace(point, position=(*point.position[:2], point.position[2] + higher_m)) for point in loaded.waypoints
-        )
-        mission, _ = with_takeoff_and_landing(replace(loaded, items=items, waypoints=waypoints))
+        mission, _ = with_takeoff_and_landing(load_mission(file))
         return cls(file.stem, mission, load_vehicle(vehicle), options)
 
 
 class RememberedPlans:
-    """A planner that takes `PLANNING_S` of vehicle time. A whole mission is planned once, whatever the heading by which
-    noise tells one start from another; what is left of one is planned each time."""
+    """A planner that takes `PLANNING_S` of vehicle time. A whole mission is planned once for all starts that only noise
+    tells apart, so a flight is the same whichever was flown before it; what is left of one is planned each time."""
 
-    _whole: dict[Any, Outcome | HalfrollError] = {}  # noqa: RUF012
+    _whole: list[tuple[PlanRequest, Outcome | HalfrollError]] = []  # noqa: RUF012
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock, self._request, self._due_s = clock, None, 0.0
@@ -84,13 +78,22 @@ class RememberedPlans:
         self._request = None
         if request.start is not None:
             return outcome_of(request)
-        key = (request.items, request.vehicle.name, request.options, request.waypoints)
-        if key not in self._whole:
-            self._whole[key] = outcome_of(request)
-        return self._whole[key]
+        alike = _without_noise(request)
+        known = next((outcome for known, outcome in self._whole if known == alike), None)
+        if known is None:
+            known = outcome_of(alike)
+            self._whole.append((alike, known))
+        return known
 
     def progress(self) -> str | None:
         return None
+
+
+def _without_noise(request: PlanRequest) -> PlanRequest:
+    """The heading to a twentieth of a radian, home to a decimetre."""
+    lat, lon, alt = request.home
+    home = GeoPoint(round(lat, 6), round(lon, 6), round(alt, 1))
+    return replace(request, start_yaw=round(20.0 * request.start_yaw) / 20.0, home=home)
 
 
 @dataclass

@@ -45,8 +45,7 @@ ERRANDS: dict[str, Callable[[], Errand]] = {
     "window": lambda: Errand.of(EXAMPLES / "window.toml"),
     "inspection": lambda: Errand.of(EXAMPLES / "inspection.toml"),
     "flips": lambda: Errand.of(MISSIONS / "flips.toml"),
-    # with the height that a lost link may cost at its speeds, 0.5 m + 0.3 s v + v²/(12 m/s²)
-    "aerobatics": lambda: Errand.of(EXAMPLES / "aerobatics.toml", higher_m=8.0),
+    "aerobatics": lambda: Errand.of(EXAMPLES / "aerobatics.toml"),
 }
 
 
