@@ -1,18 +1,30 @@
-"""What a page beside a flight costs it: how late references are in real time, without and with somebody watching.
+"""What a page beside a flight costs it and what it brings: how late references are in real time without and with
+somebody watching, the page's share of a core, and how many positions of the vehicle a second reach who watches.
 
-Why: whoever watches must not disturb who flies. Figures like those of bench.py, which prints them, too.
+Why: whoever watches must not disturb who flies. Figures like those of bench.py, which prints them, too. Alone:
+page_figures.py [--repeats N] [nobody|reader|chromium ...], by turns, medians of N.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
+
+import msgspec
+import viser
+import zstandard
+from playwright.sync_api import Page, sync_playwright
+from websockets.sync.client import connect
 
 from halfroll.cli.viewing import page_beside
 from halfroll.flight import FlightResult, fly
@@ -20,29 +32,65 @@ from halfroll.vehicle import load_vehicle
 
 MISSION = Path(__file__).parents[2] / "examples" / "first_flight.plan"
 CHROMIUM = Path("/usr/bin/chromium")
-# A viewer that takes all it is sent and draws nothing: what the page's process costs, apart from the browser.
-READER = """
-import sys, viser
-from websockets.sync.client import connect
-url = sys.argv[1]
-protocols = ["viser-v" + viser.__version__]
-with connect(url.replace("http", "ws"), origin=url, subprotocols=protocols, max_size=None) as page:
-    for _ in page:
-        pass
-"""
-BROWSER = """
-import os, sys, time
-from playwright.sync_api import sync_playwright
-os.nice(15)
-with sync_playwright() as playwright:
-    arguments = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
-    page = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=arguments).new_page()
-    page.goto(sys.argv[1])
-    while True:
-        page.wait_for_timeout(1000)
-"""
+ARGUMENTS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
+COUNT_FRAMES = "() => { window.drawn = 0; const one = () => { window.drawn++; requestAnimationFrame(one) }; one() }"
 
 Figure = dict[str, object]
+
+
+# Who watches, in a process of its own, and prints a line a second: positions of the vehicle that came and, of a
+# browser, pictures that it has drawn.
+
+
+def positions(frame: bytes) -> int:
+    """Of the vehicle in one frame of viser's websocket: sizes, then a compressed msgpack."""
+    size = int.from_bytes(frame[8:16], "little")
+    messages = msgspec.msgpack.decode(zstandard.decompress(frame[16 : 16 + size]))["messages"]
+    return sum(each["type"] == "SetPositionMessage" and each["name"] == "/vehicle" for each in messages)
+
+
+def read(url: str) -> None:
+    """Takes all that it is sent and draws nothing."""
+    count, due_s = 0, time.monotonic() + 1.0
+    protocols = [f"viser-v{viser.__version__}"]
+    with connect(url.replace("http", "ws"), origin=url, subprotocols=protocols, max_size=None) as page:  # type: ignore[arg-type]
+        for frame in page:
+            count += positions(frame if isinstance(frame, bytes) else b"")
+            if time.monotonic() >= due_s:
+                print(count, flush=True)
+                count, due_s = 0, due_s + 1.0
+
+
+def browse(url: str) -> None:
+    """A browser that renders in software: it takes what a machine without a graphics card can spare."""
+    os.nice(15)
+    count = 0
+
+    def count_in(page: Page) -> None:
+        def came(frame: str | bytes) -> None:
+            nonlocal count
+            count += positions(frame) if isinstance(frame, bytes) else 0
+
+        page.on("websocket", lambda socket: socket.on("framereceived", came))
+
+    with sync_playwright() as playwright:
+        page = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS).new_page()
+        count_in(page)
+        page.goto(url)
+        page.evaluate(COUNT_FRAMES)
+        before_s = time.monotonic()
+        while True:
+            page.wait_for_timeout(1000)
+            drawn = page.evaluate("() => { const n = window.drawn; window.drawn = 0; return n }")
+            now_s = time.monotonic()
+            print(count / (now_s - before_s), drawn / (now_s - before_s), flush=True)
+            count, before_s = 0, now_s
+
+
+WATCHERS: dict[str, Callable[[str], None]] = {"reader": read, **({"chromium": browse} if CHROMIUM.exists() else {})}
+
+
+# The flight that is watched.
 
 
 def cpu_s(process: int) -> float:
@@ -52,16 +100,22 @@ def cpu_s(process: int) -> float:
 
 
 @contextlib.contextmanager
-def watcher(program: str | None, url: str) -> Iterator[None]:
-    if program is None:
-        yield
-        return
-    running = subprocess.Popen([sys.executable, "-c", program, url], stderr=subprocess.DEVNULL)
+def watched_by(name: str, url: str, seconds: list[list[float]]) -> Iterator[None]:
+    """seconds: filled with what the watcher prints."""
+    words = [sys.executable, __file__, "--watch", url, name]
+    running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+    def listen() -> None:
+        seconds.extend([float(word) for word in line.split()] for line in running.stdout or ())
+
+    listening = threading.Thread(target=listen)
+    listening.start()
     try:
         yield
     finally:
         running.terminate()
         running.wait()
+        listening.join()
 
 
 def flown(
@@ -73,39 +127,69 @@ def flown(
     return flight
 
 
-def watched(program: str | None) -> tuple[FlightResult, float]:
-    """A flight with a page, and the share of a core that the page's process took."""
+def watched(name: str) -> dict[str, float]:
+    """A flight with a page that somebody looks at."""
+    seconds: list[list[float]] = []
+    at: dict[str, float] = {}
     with contextlib.ExitStack() as stack:
         begin = stack.enter_context(page_beside(load_vehicle("mit-vp")))
-        at: dict[str, float] = {}
 
         def before(instance: int) -> None:
             page, url = begin(instance)
-            stack.enter_context(watcher(program, url))
+            stack.enter_context(watched_by(name, url, seconds))
             time.sleep(5.0)  # connected, and its first picture drawn
-            at.update(page=page, began=time.monotonic(), cpu=cpu_s(page))
+            at.update(page=page, began_s=time.monotonic(), cpu_s=cpu_s(page))
 
         def ended() -> None:
-            at["share"] = (cpu_s(int(at["page"])) - at["cpu"]) / (time.monotonic() - at["began"])
+            at["share"] = (cpu_s(int(at["page"])) - at["cpu_s"]) / (time.monotonic() - at["began_s"])
 
-        return flown(before, ended), at["share"]
+        flight = flown(before, ended)
+    moving = [second for second in seconds if second[0] > 0.0]  # nothing is sent before the vehicle is heard
+    medians = [statistics.median(column) for column in zip(*moving, strict=True)]
+    return {
+        "interval_p99_ms": 1e3 * flight.interval_p99_s,
+        "page_cpu_share": at["share"],
+        **dict(zip(("positions_Hz", "drawn_Hz"), medians, strict=False)),
+    }
 
 
-def page_figures() -> list[Figure]:
-    alone_ms = 1e3 * flown().interval_p99_s
-    figures: list[Figure] = [{"name": "reference_interval_p99_alone", "value": alone_ms, "unit": "ms"}]
-    watchers = {"reader": READER, **({"chromium": BROWSER} if CHROMIUM.exists() else {})}
-    for name, program in watchers.items():
-        flight, share = watched(program)
-        p99_ms = 1e3 * flight.interval_p99_s
+UNITS = {"interval_p99_ms": "ms", "page_cpu_share": "cores", "positions_Hz": "1/s", "drawn_Hz": "1/s"}
+
+
+def page_figures(repeats: int = 1, names: tuple[str, ...] = ("nobody", *WATCHERS)) -> list[Figure]:
+    """Medians of `repeats` flights each, by turns, so that all see the same machine."""
+    found: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for _ in range(repeats):
+        for name in names:
+            told = watched(name) if name != "nobody" else {"interval_p99_ms": 1e3 * flown().interval_p99_s}
+            for what, value in told.items():
+                found[name, what].append(value)
+    figures: list[Figure] = [
+        {"name": f"watched_by_{name}_{what}", "value": statistics.median(values), "unit": UNITS[what]}
+        for (name, what), values in found.items()
+    ]
+    alone = found.get(("nobody", "interval_p99_ms"))
+    if alone:
         figures += [
-            {"name": f"reference_interval_p99_{name}", "value": p99_ms, "unit": "ms"},
-            {"name": f"page_{name}_worsens_p99_by", "value": p99_ms - alone_ms, "unit": "ms"},
-            {"name": f"page_{name}_cpu_share", "value": share, "unit": "cores"},
+            {
+                "name": f"watched_by_{name}_worsens_p99_by",
+                "value": statistics.median(values) - statistics.median(alone),
+                "unit": "ms",
+            }
+            for (name, what), values in found.items()
+            if what == "interval_p99_ms" and name != "nobody"
         ]
     return figures
 
 
 if __name__ == "__main__":
-    for figure in page_figures():
-        print(f"{figure['name']:40s} {figure['value']:12.4g} {figure['unit']}", flush=True)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--watch", metavar="URL", help=argparse.SUPPRESS)
+    parser.add_argument("names", nargs="*", default=["nobody", *WATCHERS])
+    given = parser.parse_args()
+    if given.watch:
+        WATCHERS[given.names[0]](given.watch)
+    else:
+        for figure in page_figures(given.repeats, tuple(given.names)):
+            print(f"{figure['name']:40s} {figure['value']:12.4g} {figure['unit']}", flush=True)

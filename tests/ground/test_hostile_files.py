@@ -181,7 +181,7 @@ def test_a_file_changed_in_any_way_gives_a_value_or_a_sentence(kind: str, tmp_pa
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", [kind for kind in READERS if kind != ".ulg"])  # pyulog reads some for minutes
+@pytest.mark.parametrize("kind", READERS)
 def test_and_so_do_thousands(kind: str, tmp_path: Path) -> None:
     prove(kind, tmp_path, 50 * EXAMPLES)
 

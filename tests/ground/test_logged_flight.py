@@ -17,7 +17,8 @@ from halfroll.results.log_export import export
 from halfroll.results.log_facts import facts
 from halfroll.results.logged_flight import LoggedFlight, require_flight
 from halfroll.station.record import Event
-from halfroll.wire.tlog import RecordedTransport, frames
+from halfroll.wire.cutting import frames, only_plain
+from halfroll.wire.tlog import RecordedTransport
 from halfroll.wire.transport import MemoryTransport
 
 FLOWN = Event("armed", 1.0, "armed, taking off")
@@ -136,6 +137,9 @@ def test_a_datagram_of_several_frames_is_kept_frame_by_frame():
     signed = b"\xfd\x01\x01" + bytes(7) + b"x" + bytes(2) + bytes(13)
     old = b"\xfe\x02" + bytes(4) + b"xy" + bytes(2)
     assert list(frames(b"\x00" + HEARTBEAT + signed + old + HEARTBEAT[:9])) == [HEARTBEAT, signed, old]
+    assert only_plain(HEARTBEAT + HEARTBEAT) == [HEARTBEAT] * 2
+    for beside in (signed, old, HEARTBEAT[:9], b"\x00", b"\xfd\x00"):
+        assert only_plain(HEARTBEAT + beside) is None
 
 
 def test_both_directions_are_recorded_behind_their_time(tmp_path):

@@ -6,6 +6,7 @@ import contextlib
 import os
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -19,6 +20,7 @@ from halfroll.errors import InputError, LinkError
 
 if TYPE_CHECKING:
     from halfroll.vehicle import Vehicle
+    from halfroll.viewer.server import LocalServer
 
 LIVE = "live"
 
@@ -70,7 +72,7 @@ def view(
 
         server = LocalServer(port)
         page = Page(server, recording.setting, live=False, dark=dark)
-        with _told_of(server.url, browser) as stopped:
+        with _open(server, browser) as stopped:
             play(page, recording, stopped)
 
 
@@ -90,7 +92,7 @@ def _live(instance: int, vehicle: str, settings: list[str] | None, port: int, da
     listener = Listener(transport, told, flown_by, 1 + instance, f"live · instance {instance}")
     server = LocalServer(port)
     page = Page(server, listener.setting, live=True, dark=dark)
-    with _told_of(server.url, browser) as stopped:
+    with _open(server, browser) as stopped:
         watch(page, listener, stopped)
 
 
@@ -109,30 +111,40 @@ def page_beside(vehicle: Vehicle) -> Iterator[Callable[[int], tuple[int, str]]]:
         }
         numbers = [word for key, number in seen.items() for word in ("--set", f"{key}={number:.17g}")]
         words = ["view", LIVE, "--instance", str(instance), "--vehicle", kind, *numbers]
-        page = subprocess.Popen([sys.executable, "-m", "halfroll", *words], stdout=subprocess.PIPE, text=True)
+        command = [sys.executable, "-m", "halfroll", *words]
+        page = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=words_of_it, text=True)
         pages.append(page)
         said = page.stdout.readline() if page.stdout else ""
         if not said:
-            raise LinkError(f"the page did not open (exit code {page.wait()})")
+            code = page.wait()
+            words_of_it.seek(0)
+            why = (words_of_it.read().strip().splitlines() or ["it said nothing"])[-1].removeprefix("error: ")
+            raise LinkError(f"the page did not open (exit code {code}): {why}")
         print(said.strip(), file=sys.stderr, flush=True)
         return page.pid, said.split()[1]
 
-    try:
-        yield begin
-    finally:
-        for page in pages:
-            page.terminate()
-            page.communicate()
+    with tempfile.TemporaryFile("w+") as words_of_it:  # what it says when it is ended is nobody's concern
+        try:
+            yield begin
+        finally:
+            for page in pages:
+                page.terminate()
+                page.communicate()
 
 
 @contextlib.contextmanager
-def _told_of(url: str, browser: bool) -> Iterator[threading.Event]:
-    print(f"page: {url} (Ctrl-C ends it)", flush=True)
+def _open(server: LocalServer, browser: bool) -> Iterator[threading.Event]:
+    print(f"page: {server.url} (Ctrl-C ends it)", flush=True)
     if browser:
         import webbrowser
 
-        webbrowser.open(url)
-    yield threading.Event()
+        webbrowser.open(server.url)
+    stopped = threading.Event()
+    try:
+        yield stopped
+    finally:
+        stopped.set()
+        server.stop()
 
 
 def require_viser() -> None:

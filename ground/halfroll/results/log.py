@@ -9,11 +9,11 @@ import contextlib
 import io
 import re
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from halfroll.errors import InputError
 from halfroll.reading import open_regular
 
 Array = NDArray[Any]
+_MOST_COLUMNS, _DEEPEST = 2000, 16  # of a topic; PX4's largest has some hundreds, in two levels
+_REREAD, _REREAD_BYTES = 4, 2**26  # times the file's size, and besides: what a reader that recovers may read again
+_FILE_HEADER = 16  # bytes
 _INDEXED = re.compile(r"(.+)\[(\d+)\]$")
 
 
@@ -102,7 +105,8 @@ def read_log(path: str | Path) -> Log:
     path = Path(path)
     try:
         with open_regular(path) as file, contextlib.redirect_stdout(io.StringIO()):  # pyulog prints what it skips
-            ulog = ULog(file)
+            _require_finite(file, ULog.MessageFormat)
+            ulog = ULog(_Patience(file))
         topics = {
             columns.name: _topic(columns.name, columns.data) for columns in ulog.data_list if columns.multi_id == 0
         }
@@ -124,6 +128,54 @@ def read_log(path: str | Path) -> Log:
         ),
         tuple((t_us * 1e-6, name, float(number)) for t_us, name, number in ulog.changed_parameters),
     )
+
+
+class _Patience:
+    """A file that ends a reader which goes back again and again, as pyulog does where messages are damaged."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._left = _REREAD * file.seek(0, 2) + _REREAD_BYTES
+        file.seek(0)
+        self.seek, self.tell, self.close = file.seek, file.tell, file.close
+
+    def read(self, size: int) -> bytes:
+        piece = self._file.read(size)
+        self._left -= len(piece) + 1
+        if self._left < 0:
+            raise OverflowError("most of it is damaged")
+        return piece
+
+
+def _require_finite(file: BinaryIO, format_of: Callable[[bytes, None], Any]) -> None:
+    """Raises ValueError for definitions of topics that a reader would never be done with: types within themselves,
+    arrays of arrays of arrays."""
+    formats: dict[str, list[tuple[str, int, str]]] = {}
+    file.seek(_FILE_HEADER)
+    while len(head := file.read(3)) == 3:
+        size, kind = struct.unpack("<HB", head)
+        if chr(kind) in "ALC":
+            break
+        body = file.read(size)
+        if kind == 0 or size == 0 or len(body) < size:
+            raise ValueError("its definitions are damaged")
+        if chr(kind) == "F":
+            with contextlib.suppress(LookupError, ValueError):  # it defines nothing
+                found = format_of(body, None)
+                formats[found.name] = found.fields
+
+    def columns(name: str, depth: int) -> int:
+        if depth > _DEEPEST:
+            raise ValueError("a type in it holds others without end")
+        count = 0
+        for kind, length, _ in formats.get(name, ()):
+            count += max(length, 1) * (columns(kind, depth + 1) if kind in formats else 1)
+            if count > _MOST_COLUMNS:
+                raise ValueError(f"a topic in it has more than {_MOST_COLUMNS} columns")
+        return count
+
+    for name in formats:
+        columns(name, 0)
 
 
 def _whole(pieces: Sequence[str | bytes]) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from halfroll.results.log import Log, Topic, read_log
 from halfroll.results.pictures import MODES
 from halfroll.vehicle import Vehicle, load_vehicle
-from halfroll.viewer.moments import Array, Moment, Recording, setting_of, with_reference
+from halfroll.viewer.moments import Array, Columns, Recording, setting_of
 
 if TYPE_CHECKING:
     from halfroll.planner.plan import Plan
@@ -39,25 +39,14 @@ def logged(
     wanted = _latest(log["attitude_reference"], "q", t)
     mode, armed = _latest(log["vehicle_state"], "mode", t), _latest(log["vehicle_state"], "armed", t)
     words = [MODES[int(each)].upper() if int(each) < len(MODES) else str(int(each)) for each in mode]
-    moments = [
-        Moment(
-            float(t[i]),
-            p[i],
-            q[i],
-            v[i],
-            w[i],
-            rotor_N=thrust[i],
-            reference_q=wanted[i] if armed[i] else None,
-            mode=words[i],
-            armed=bool(armed[i]),
-        )
-        for i in range(len(t))
-    ]
-    recording = Recording.of(setting_of(flown_by, plan, f"{log.path.name} · {flown_by.name}"), moments)
-    if plan is None:
-        return recording
-    start_s = plan_start_s if plan_start_s is not None else _plan_start(recording, plan)
-    return recording if start_s is None else with_reference(recording, plan, start_s)
+    is_armed = armed != 0.0
+    nothing, nowhere = np.full(len(t), -1), np.full((len(t), 3), np.nan)
+    known = np.where(is_armed[:, None], wanted, np.nan)
+    flown = Columns(t, p, q, v, w, thrust, nowhere, known, words, is_armed, nothing)
+    if plan is not None:
+        start_s = plan_start_s if plan_start_s is not None else _plan_start(flown, plan)
+        flown = flown if start_s is None else flown.beside(plan, start_s)
+    return Recording.of_columns(setting_of(flown_by, plan, f"{log.path.name} · {flown_by.name}"), flown)
 
 
 def _latest(topic: Topic, name: str, t: Array) -> NDArray[np.float64]:
@@ -66,17 +55,16 @@ def _latest(topic: Topic, name: str, t: Array) -> NDArray[np.float64]:
     return np.asarray(topic[name][rows], dtype=np.float64)
 
 
-def _plan_start(recording: Recording, plan: Plan) -> float | None:
+def _plan_start(flight: Columns, plan: Plan) -> float | None:
     """When the flight fits the plan best: the plan's clock is not in every log. None if it was never flown."""
-    offboard = [moment.t_s for moment in recording.moments if moment.mode == "OFFBOARD"]
-    if not offboard:
+    offboard = flight.t_s[np.array([mode == "OFFBOARD" for mode in flight.mode], dtype=bool)]
+    if not len(offboard):
         return None
     late = np.linspace(0.0, plan.T, 60)
     where = np.asarray(plan.at(late).position, dtype=np.float64)
-    positions = np.stack([moment.p_WB for moment in recording.moments])
 
     def misfit(start_s: float) -> float:
-        flown = np.stack([np.interp(start_s + late, recording.times, positions[:, k]) for k in range(3)], axis=1)
+        flown = np.stack([np.interp(start_s + late, flight.t_s, flight.p_WB[:, k]) for k in range(3)], axis=1)
         return float(np.sum((flown - where) ** 2))
 
     coarse = min(np.arange(offboard[0], offboard[-1] + 1e-9, 0.05), key=misfit)

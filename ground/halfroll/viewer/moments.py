@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +97,75 @@ class Moment:
 
 
 @dataclass(frozen=True)
+class Columns(Sequence[Moment]):
+    """Moments by columns, as logs and plans have them; a row becomes a Moment when somebody looks at it.
+
+    t_s (N,), vectors (N, 3), quaternions (N, 4), rotor_N (N, 4), mode and armed (N,), item (N,). What is not known
+    of a row is NaN, of an item -1.
+    """
+
+    t_s: Array
+    p_WB: Array
+    q_WB: Array
+    v_WB: Array
+    w_WB_B: Array
+    rotor_N: Array
+    reference_p: Array
+    reference_q: Array
+    mode: Sequence[str]
+    armed: NDArray[np.bool_]
+    item: NDArray[np.int_]
+    items: int | None = None
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    @overload
+    def __getitem__(self, row: int) -> Moment: ...
+
+    @overload
+    def __getitem__(self, row: slice) -> Sequence[Moment]: ...
+
+    def __getitem__(self, row: int | slice) -> Moment | Sequence[Moment]:
+        if isinstance(row, slice):
+            return [self[i] for i in range(*row.indices(len(self)))]
+        item = int(self.item[row])
+        return Moment(
+            float(self.t_s[row]),
+            self.p_WB[row],
+            self.q_WB[row],
+            self.v_WB[row],
+            self.w_WB_B[row],
+            rotor_N=_known(self.rotor_N[row]),
+            reference_p=_known(self.reference_p[row]),
+            reference_q=_known(self.reference_q[row]),
+            mode=self.mode[row],
+            armed=bool(self.armed[row]),
+            item=None if item < 0 else item,
+            items=None if item < 0 else self.items,
+        )
+
+    def beside(self, plan: Plan, plan_start_s: float) -> Columns:
+        """With the plan, which began at plan_start_s, as the reference while it is flown, and of nobody before and
+        after."""
+        t_s = self.t_s - plan_start_s
+        inside = (t_s >= 0.0) & (t_s <= plan.T)
+        p = np.asarray(plan.at(np.clip(t_s, 0.0, plan.T)).position, dtype=np.float64)
+        item = np.where(inside, due_waypoint(plan, t_s), -1)
+        return replace(self, reference_p=np.where(inside[:, None], p, np.nan), item=item, items=len(plan.waypoints))
+
+
+def _known(row: Array) -> Array | None:
+    return None if np.isnan(row[0]) else row
+
+
+def due_waypoint(plan: Plan, t_s: Array) -> NDArray[np.int_]:
+    """(N,) numbers, from 1, of the waypoints that are flown to at the plan's times t_s (N,)."""
+    passed = np.searchsorted(np.asarray(plan.times_s), t_s, side="right")
+    return np.asarray(np.minimum(passed + 1, len(plan.waypoints)))
+
+
+@dataclass(frozen=True)
 class Recording:
     """A whole flight, or a plan as if it were flown: moments at rising times."""
 
@@ -107,6 +176,10 @@ class Recording:
     @classmethod
     def of(cls, setting: Setting, moments: Sequence[Moment]) -> Recording:
         return cls(setting, moments, np.array([moment.t_s for moment in moments], dtype=np.float64))
+
+    @classmethod
+    def of_columns(cls, setting: Setting, columns: Columns) -> Recording:
+        return cls(setting, columns, columns.t_s)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -150,42 +223,11 @@ def planned(plan: Plan, title: str, rate_Hz: float = 100.0) -> Recording:
     t, p, q = columns["t_s"], vectors("x_m", "y_m", "z_m"), vectors("q_w", "q_x", "q_y", "q_z")
     v, f = vectors("vx_m_s", "vy_m_s", "vz_m_s"), vectors("f1_N", "f2_N", "f3_N", "f4_N")
     w = plan.rates(t)
-    passed = np.searchsorted(np.asarray(plan.times_s), t, side="right")
-    last = len(plan.waypoints)
-    moments = [
-        Moment(
-            float(t[i]),
-            p[i],
-            q[i],
-            v[i],
-            w[i],
-            rotor_N=f[i],
-            reference_p=p[i],
-            reference_q=q[i],
-            mode="PLAN",
-            armed=True,
-            item=min(int(passed[i]) + 1, last),
-            items=last,
-        )
-        for i in range(len(t))
-    ]
-    return Recording.of(setting_of(plan.vehicle, plan, title), moments)
-
-
-def with_reference(recording: Recording, plan: Plan, plan_start_s: float) -> Recording:
-    """The flight beside its plan, which began at plan_start_s; before and after, the plan's ends are the reference
-    of nobody."""
-    inside = (recording.times >= plan_start_s) & (recording.times <= plan_start_s + plan.T)
-    p = np.asarray(plan.at(np.clip(recording.times - plan_start_s, 0.0, plan.T)).position, dtype=np.float64)
-    passed = np.searchsorted(np.asarray(plan.times_s), recording.times - plan_start_s, side="right")
-    moments = [
-        replace(moment, reference_p=p[i], item=min(int(passed[i]) + 1, len(plan.waypoints)), items=len(plan.waypoints))
-        if inside[i]
-        else moment
-        for i, moment in enumerate(recording.moments)
-    ]
-    path, gates = setting_of(plan.vehicle, plan, "").path, setting_of(plan.vehicle, plan, "").gates
-    return Recording(replace(recording.setting, path=path, gates=gates), moments, recording.times)
+    count = len(t)
+    as_flown = Columns(
+        t, p, q, v, w, f, p, q, ["PLAN"] * count, np.full(count, True), due_waypoint(plan, t), len(plan.waypoints)
+    )
+    return Recording.of_columns(setting_of(plan.vehicle, plan, title), as_flown)
 
 
 def roll_pitch_heading_deg(q_WB: Array) -> tuple[float, float, float]:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from halfroll.body_axes import turned
 from halfroll.missions.geodesy import GeoPoint
 from halfroll.missions.mission import MissionItem
+from halfroll.wire.cutting import CHECKSUM, HEADER, only_plain
 from halfroll.wire.frames import degrees_from_wire, from_wire, to_wire
 from halfroll.wire.messages import (
     ACCEPTED,
@@ -61,7 +62,6 @@ _ROUND_TRIPS_KEPT = 15
 _NEWEST_COUNTS = {"HEARTBEAT", "MISSION_CURRENT"}  # what they say is over when newer ones have come
 _PASSED_BY = 32  # frames at most; farther back in the sequence is another sequence
 _OTHERS_HEARD = {(GROUND, "STATUSTEXT"), (WORLD, "COMMAND_ACK")}
-_MAGIC, _HEADER, _CHECKSUM = 0xFD, 10, 2  # of a MAVLink 2 frame
 
 
 def _place(m: Any) -> GeoPoint:
@@ -144,21 +144,9 @@ _EVERY_TICK = {
 }
 
 
-def whole_frames(datagram: bytes) -> list[bytes] | None:
-    """The frames of a datagram that holds whole unsigned MAVLink 2 frames; None for any other."""
-    frames, begin = [], 0
-    while begin < len(datagram):
-        if len(datagram) - begin < _HEADER + _CHECKSUM or datagram[begin] != _MAGIC or datagram[begin + 2] != 0:
-            return None
-        end = begin + _HEADER + datagram[begin + 1] + _CHECKSUM
-        frames.append(datagram[begin:end])
-        begin = end
-    return frames if begin == len(datagram) else None
-
-
 def _is_sound(frame: bytes, seed: int) -> bool:
-    checksum = dialect.x25crc(frame[1:-_CHECKSUM] + bytes((seed,))).crc
-    return bool(checksum == int.from_bytes(frame[-_CHECKSUM:], "little"))
+    checksum = dialect.x25crc(frame[1:-CHECKSUM] + bytes((seed,))).crc
+    return bool(checksum == int.from_bytes(frame[-CHECKSUM:], "little"))
 
 
 class Link:
@@ -198,7 +186,7 @@ class Link:
     def _parsed(self, datagram: bytes) -> Iterator[Any]:
         """Its frames as pymavlink has them. Its parser takes bytes in any portions, and half of a tick's time: it is
         spared what comes whole, and what nobody reads."""
-        frames = whole_frames(datagram) if not self._codec.buf_len() else None
+        frames = only_plain(datagram) if not self._codec.buf_len() else None
         if frames is None:
             yield from self._codec.parse_buffer(datagram) or ()
             return
@@ -209,7 +197,7 @@ class Link:
             elif number in _EVERY_TICK:
                 kind, seed, layout = _EVERY_TICK[number]
                 if _is_sound(frame, seed):
-                    message = kind(*layout.unpack(frame[_HEADER:-_CHECKSUM].ljust(layout.size, b"\0")[: layout.size]))
+                    message = kind(*layout.unpack(frame[HEADER:-CHECKSUM].ljust(layout.size, b"\0")[: layout.size]))
                     message._header = dialect.MAVLink_header(number, 0, 0, frame[1], frame[4], frame[5], frame[6])
                     yield message
             else:
@@ -220,8 +208,8 @@ class Link:
         if offset is None or frame[5] != self.vehicle_system or frame[6] != AUTOPILOT:
             return
         if _is_sound(frame, seed):
-            at = _HEADER + offset
-            self.t_us = 1000 * int.from_bytes(frame[at : min(at + 4, len(frame) - _CHECKSUM)], "little")
+            at = HEADER + offset
+            self.t_us = 1000 * int.from_bytes(frame[at : min(at + 4, len(frame) - CHECKSUM)], "little")
 
     def address(self, vehicle_system: int) -> None:
         """Talk to this autopilot, heard or not."""

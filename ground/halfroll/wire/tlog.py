@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
+from halfroll.wire.cutting import frames
 from halfroll.wire.transport import Transport
 
 _LONGEST = 64 * 1024  # bytes that wait to be written
-_HEADER, _CHECKSUM, _SIGNATURE = 10, 2, 13  # of MAVLink 2
-_HEADER_1 = 6
 
 
 class RecordedTransport:
@@ -51,19 +50,3 @@ class RecordedTransport:
         if t_us - self._flushed_us > 100_000:
             self._flushed_us = t_us
             self._file.flush()
-
-
-def frames(datagram: bytes) -> Iterator[bytes]:
-    """The whole MAVLink frames of a datagram, in order; what is none is left out."""
-    at = 0
-    while at < len(datagram) - 1:
-        if datagram[at] == 0xFD and at + 2 < len(datagram):
-            size = _HEADER + datagram[at + 1] + _CHECKSUM + (_SIGNATURE if datagram[at + 2] & 1 else 0)
-        elif datagram[at] == 0xFE:
-            size = _HEADER_1 + datagram[at + 1] + _CHECKSUM
-        else:
-            at += 1
-            continue
-        if at + size <= len(datagram):
-            yield datagram[at : at + size]
-        at += size
