@@ -27,6 +27,8 @@ def _readable(message: str) -> str:
     """What a file says may be quoted in it: no command to a terminal, and no page of digits."""
     if len(message) > _LONGEST:
         message = f"{message[: _LONGEST - 400]} … {message[-400:]}"
+    if message.isprintable():
+        return message
     return "".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message)
 
 

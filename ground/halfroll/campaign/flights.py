@@ -72,7 +72,7 @@ def closed_loop(prepared: Prepared, planned: Planned, setup: Setup, seed: int) -
     elif sortie.crashed:
         ended = _ENDINGS[_firmware.Ending.CRASHED]
     start_ms = sortie.plan_start_us // 1000 or None
-    figures = figures_of(planned.plan, setup.vehicle, sortie.positions, sortie.commands, start_ms, 1e-6 * sortie.t_us)
+    figures = figures_of(planned, setup.vehicle, sortie.positions, sortie.commands, start_ms, 1e-6 * sortie.t_us)
     return judged(figures, ended, told.success)
 
 
@@ -124,7 +124,7 @@ def sitl(prepared: Prepared, planned: Planned, setup: Setup, seed: int) -> Outco
         log = read_log(path)
         positions, commands = log["vehicle_truth"]["p"], log["rotor_commands"]["thrust"]
         start_ms = None if start_s is None else round(1e3 * start_s)
-        figures = figures_of(planned.plan, setup.vehicle, positions, commands, start_ms, 1e-3 * len(positions))
+        figures = figures_of(planned, setup.vehicle, positions, commands, start_ms, 1e-3 * len(positions))
         if not ended and start_s is None:
             ended = _ENDINGS[_firmware.Ending.NEVER_SETTLED]
         return judged(figures, ended, prepared.space.told.success)

@@ -16,7 +16,7 @@ from halfroll.results import evaluation
 
 if TYPE_CHECKING:
     from halfroll.campaign.space import Success
-    from halfroll.planner.plan import Plan
+    from halfroll.station.planning import Planned
     from halfroll.vehicle import Vehicle
 
 Rows = NDArray[np.float32]
@@ -57,16 +57,19 @@ class Outcome:
 
 
 def figures_of(
-    plan: Plan, vehicle: Vehicle, positions: Rows, commands: Rows, start_ms: int | None, flight_s: float
+    planned: Planned, vehicle: Vehicle, positions: Rows, commands: Rows, start_ms: int | None, flight_s: float
 ) -> Figures:
     """positions (N, 3), commands (N, 4): a row each millisecond from switch-on; start_ms: when the plan was begun."""
+    plan = planned.plan
     if start_ms is None or start_ms >= len(positions):
         return Figures(T_planned_s=plan.T, flight_s=flight_s, commands_sha256=_sha256(commands))
     end_ms = start_ms + int(np.ceil(1e3 * plan.T / 10.0 - 1e-9)) * 10  # the tick at which it is at its end
     p: NDArray[np.float64] = np.asarray(positions[start_ms : end_ms + 1], dtype=np.float64)
     commanded: NDArray[np.float64] = np.asarray(commands[start_ms : end_ms + 1], dtype=np.float64)
     t: NDArray[np.float64] = np.asarray(1e-3 * np.arange(len(p)), dtype=np.float64)
-    flown = evaluation.path_figures(plan, t, p, commanded, vehicle)
+    table = planned.path.derivatives[:, 0, :3]  # of the plan, a row each millisecond, too: all runs have it at hand
+    wanted = table[np.minimum(np.arange(len(p)), len(table) - 1)]
+    flown = evaluation.path_figures(plan, t, p, wanted, commanded, vehicle)
     return Figures(
         T_planned_s=plan.T,
         plan_start_s=1e-3 * start_ms,

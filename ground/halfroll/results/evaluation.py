@@ -78,7 +78,8 @@ def evaluate(plan: Plan, plan_start_s: float, log: Log, vehicle: Vehicle) -> Fli
             f"{log.path}: the plan began at {plan_start_s:.2f} s, but the log covers "
             f"{truth.t[0]:.2f} to {truth.t[-1]:.2f} s"
         )
-    flown = path_figures(plan, truth.t[planned] - plan_start_s, truth["p"][planned], commanded, vehicle)
+    t = truth.t[planned] - plan_start_s
+    flown = path_figures(plan, t, truth["p"][planned], planned_positions(plan, t), commanded, vehicle)
     armed = state.t[np.asarray(state["armed"], dtype=bool)]
     low, high = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
     saturated = flown.rotor_saturated
@@ -127,9 +128,12 @@ class PathFigures:
     rotor_saturated: float
 
 
-def path_figures(plan: Plan, t: FloatArray, p: FloatArray, commanded: FloatArray, vehicle: Vehicle) -> PathFigures:
-    """t (N,) [s] of the plan, rising; p (N, 3) true positions then; commanded (M, 4) [N] in the planned part."""
-    error = np.linalg.norm(p - planned_positions(plan, t), axis=1)
+def path_figures(
+    plan: Plan, t: FloatArray, p: FloatArray, planned: FloatArray, commanded: FloatArray, vehicle: Vehicle
+) -> PathFigures:
+    """t (N,) [s] of the plan, rising; p and planned (N, 3), true and planned positions then; commanded (M, 4) [N] in
+    the planned part."""
+    error = np.linalg.norm(p - planned, axis=1)
     at = np.stack([np.interp(plan.times_s, t, column) for column in p.T], axis=1)
     misses = np.linalg.norm(at - waypoints(plan), axis=1)
     low, high = vehicle.rotor.thrust_min_N, vehicle.rotor.thrust_max_N
