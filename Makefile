@@ -23,7 +23,7 @@ if missing; then echo "$(3) needs $(1): sudo apt-get install $(2)"; exit 1; fi; 
 touch $@
 endef
 
-.PHONY: fly test test-long reliability sanitized sanitized-asan sanitized-tsan lint analyse audit hashes build boards board-m4 hil fuzz bench clean
+.PHONY: fly test test-long reliability sanitized lint analyse audit hashes build boards board-m4 hil fuzz bench clean
 fly: build
 	$(BIN)/halfroll fly $(MISSION) $(ARGS)
 
@@ -40,11 +40,10 @@ reliability: build sanitized
 	$(BIN)/pytest -n $(JOBS) -m reliability
 	PYTHONPATH=tests $(BIN)/python docs/make_reliability.py
 
-# All C++ under sanitizers, which tests/system/test_sanitized_flights.py runs.
-sanitized: sanitized-asan sanitized-tsan
-sanitized-asan sanitized-tsan: sanitized-%: $(VENV)/ready | build/deps/clang build/deps/valgrind
-	@test -f build/$*/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset $* >/dev/null
-	@$(BIN)/cmake --build build/$* -j $(JOBS)
+# The simulator under sanitizers, which tests/system/test_sanitized_flights.py flies.
+sanitized: $(VENV)/ready | build/deps/clang build/deps/valgrind
+	@test -f build/asan/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset asan >/dev/null
+	@$(BIN)/cmake --build build/asan -j $(JOBS) --target halfroll-sitl
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
 hil: build boards
