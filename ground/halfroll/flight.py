@@ -39,6 +39,7 @@ from halfroll.station.telling import Teller
 from halfroll.vehicle import Vehicle, built_vehicle
 from halfroll.wire.link import Link
 from halfroll.wire.messages import GROUND
+from halfroll.wire.tlog import RecordedTransport
 from halfroll.wire.told import TOLD_PORT
 from halfroll.wire.transport import LOOPBACK, SerialTransport, UdpTransport, bound_socket, wait_for_any, wall_s
 
@@ -240,26 +241,48 @@ def run_ground(
     instance: int = 0,
     serial: str | None = None,
     options: PlanOptions = DEFAULT_OPTIONS,
+    log: Path | None = None,
+    tlog: Path | None = None,
     report: Callable[[Event], None] = lambda event: None,
 ) -> None:
     """The ground station alone, until KeyboardInterrupt: plans what is stored, flies what is started.
 
-    serial: DEVICE or DEVICE:BAUD, in place of UDP; report: called for what a person wants to read, not for every step
-    of progress. Raises PortInUse, LinkError.
+    serial: DEVICE or DEVICE:BAUD, in place of UDP; log: of the simulator that flies, to which is added what the ground
+    knows; tlog: where the raw link goes; report: called for what a person wants to read, not for every step of
+    progress. Raises PortInUse, LinkError, OSError.
     """
+    asked = {"vehicle_numbers": vehicle.model_dump_json(), "plan_options": json.dumps(asdict(options), default=str)}
+    recorder = None if log is None else FlightRecorder(log, asked)
 
     def tell(event: Event) -> None:
+        if recorder:
+            recorder.hear(event)
+            if event.kind == "planned" and not recorder.begun:
+                words = f"{log}: no such log to add to; start halfroll sitl --log {log} first, then the ground"
+                report(Event("text", event.t_s, words))
         if not event.kind.endswith("progress"):
             report(event)
 
     transport = UdpTransport.bind(OFFBOARD_PORT + instance) if serial is None else SerialTransport(serial)
     told = UdpTransport.bind(0, (LOOPBACK, TOLD_PORT + instance))
     teller = Teller(told)
-    try:
-        with PlanningProcess() as planner:
-            report(Event("connected", 0.0, f"waiting for an autopilot on {transport.name}"))
-            link = Link(transport, GROUND)
-            station = Station(link, vehicle, planner, options, report=tell)
+    with contextlib.ExitStack() as stack:
+        stack.callback(told.close)
+        stack.callback(transport.close)
+        raw = None if tlog is None else RecordedTransport(transport, tlog)
+        if raw:
+            stack.callback(raw.close)
+        planner = stack.enter_context(PlanningProcess())
+        report(Event("connected", 0.0, f"waiting for an autopilot on {transport.name}"))
+
+        def met() -> tuple[Link, Station]:
+            link = Link(raw or transport, GROUND)
+            if raw:
+                raw.time_us = lambda: link.t_us
+            return link, Station(link, vehicle, planner, options, report=tell)
+
+        link, station = met()
+        try:
             while True:
                 wait_for_any([transport], _POLL_S / 2)
                 while hear_all([link], [station.hear]):
@@ -267,15 +290,15 @@ def run_ground(
                 try:
                     station.go_on()
                 except LinkError as error:  # it may come back
-                    report(Event("released", link.t_us * 1e-6, str(error)))
+                    tell(Event("released", link.t_us * 1e-6, str(error)))
                     transport.forget_peer()
-                    link = Link(transport, GROUND)
-                    station = Station(link, vehicle, planner, options, report=tell)
+                    link, station = met()
                 station.answer_time()
                 teller.tell(station)
-    finally:
-        transport.close()
-        told.close()
+        finally:
+            if recorder:
+                record = station.following.record if station.following else None
+                recorder.end(record, None, {"lockstep": station.lockstep})
 
 
 class _Watch:

@@ -50,6 +50,11 @@ class FlightRecorder:
         self._written = 0  # samples of the plan
         self._ahead = np.empty(0, dtype=_SAMPLE)  # the block of them that is being written
 
+    @property
+    def begun(self) -> bool:
+        """Whether there is a log to append to."""
+        return self._file is not None
+
     def hear(self, event: Event) -> None:
         """Also begins: the simulator has made its log before anything is heard of it."""
         if self._file is None:

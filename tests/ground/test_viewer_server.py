@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import re
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,6 +85,22 @@ def test_a_minute_of_the_wildest_flight_is_a_file_of_less_than_8_megabytes():
     page = replay_html(wild_flight(60.0, 50.0))
     assert len(page.encode()) < 8e6
     assert "__VISER_EMBED_DATA__" in page
+
+
+def test_a_replay_draws_error_and_rotors_between_their_limits_and_no_figure_of_what_is_not_known():
+    def figures(recording: Recording) -> dict[str, Any]:
+        return json.loads(re.search(r"const flight = (.*)", replay_html(recording))[1])
+
+    wild = figures(wild_flight(2.0, 25.0))
+    assert [panel["title"] for panel in wild["panels"]] == ["rotor command, N"]  # it is where it should be
+    assert wild["panels"][0]["limits"] == [-3.0, 3.0]
+    assert {len(line["y"]) for line in wild["panels"][0]["lines"]} == {len(wild["t"])} == {len(wild["words"])}
+    still = Moment(0.0, np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(3), np.zeros(3), mode="</script>")
+    off = replace(still, t_s=0.04, reference_p=np.array([0.0, 0.003, 0.0]))
+    lost = figures(Recording.of(Setting("", (0.0, 3.0), 0.2), [still, off]))
+    assert [panel["title"] for panel in lost["panels"]] == ["position error, mm"]
+    assert lost["panels"][0]["lines"][0]["y"] == [None, 3.0]
+    assert lost["words"][0] == "0.0 s · </script> · 0.0 m/s"
 
 
 def test_a_replay_in_a_notebook_is_a_frame_that_needs_nothing_else(tmp_path):

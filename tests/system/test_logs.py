@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import struct
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -97,12 +100,73 @@ def test_flight_review_finds_every_field_that_it_plots(path: Path) -> None:
     px4 = PX4ULog(reviewed)
     px4.add_roll_pitch_yaw()
     assert px4.get_mav_type() == "Quadrotor"
+    assert px4.get_estimator()
     for name, fields in FLIGHT_REVIEW.items():
         found = reviewed.get_dataset(name).data
         assert set(fields) <= set(found), name
     modes = [mode for _, mode in reviewed.get_dataset("vehicle_status").list_value_changes("nav_state")]
     assert 14 in modes  # offboard
     assert 3 in modes  # mission
+
+
+SIZES = {
+    "float": 4,
+    "double": 8,
+    "bool": 1,
+    "char": 1,
+    **{f"{u}int{8 * n}_t": n for u in ("", "u") for n in (1, 2, 4, 8)},
+}
+
+
+def test_every_record_is_as_long_as_its_definition_for_readers_that_do_not_look(path: Path) -> None:
+    """PlotJuggler's reader takes flag bits of 40 bytes, parameters before the first subscription, one `timestamp` of 64
+    bits in a topic, and believes that a sample is as long as the definition says."""
+    whole, at = path.read_bytes(), 16
+    sizes: dict[str, int] = {}
+    subscribed: dict[int, str] = {}
+    kinds = []
+    while at < len(whole):
+        size, kind = struct.unpack_from("<HB", whole, at)
+        body, at = whole[at + 3 : at + 3 + size], at + 3 + size
+        kinds.append(chr(kind))
+        if kinds[-1] == "B":
+            assert len(body) == 40
+        elif kinds[-1] == "F":
+            name, _, fields = body.decode().partition(":")
+            typed = re.findall(r"(\w+?)(?:\[(\d+)\])? (\w+);", fields)
+            assert [kind for kind, _, field in typed if field == "timestamp"] == ["uint64_t"], name
+            sizes[name] = sum(SIZES[kind] * int(length or 1) for kind, length, _ in typed)
+        elif kinds[-1] == "A":
+            number = int.from_bytes(body[1:3], "little")
+            assert body[0] == 0
+            assert number not in subscribed
+            subscribed[number] = body[3:].decode()
+        elif kinds[-1] == "D":
+            assert len(body) - 2 == sizes[subscribed[int.from_bytes(body[:2], "little")]]
+        elif kinds[-1] == "P":
+            assert re.fullmatch(rb"(float|int32_t) \w+", body[1 : 1 + body[0]])
+            assert len(body) == 1 + body[0] + 4
+    assert at == len(whole)
+    assert kinds[0] == "B"
+    assert "P" in kinds[: kinds.index("A")]
+    assert "F" not in kinds[kinds.index("A") :]
+
+
+def test_pyulogs_own_programs_tell_what_is_in_it(path: Path, log: Log, tmp_path: Path) -> None:
+    told = {name: tool(name, path) for name in ("ulog_info", "ulog_messages", "ulog_params")}
+    assert "No Dropouts" in told["ulog_info"]
+    assert all(re.search(rf"^ *{topic} \(", told["ulog_info"], re.MULTILINE) for topic in log)
+    assert "ground: flying the plan" in told["ulog_messages"]
+    assert {line.partition(",")[0] for line in told["ulog_params"].splitlines()} == set(log.parameters)
+    tool("ulog2csv", "-o", tmp_path, "-m", "vehicle_attitude", path)
+    (table,) = tmp_path.glob("*vehicle_attitude_0.csv")
+    assert len(table.read_text().splitlines()) == 1 + len(log["vehicle_attitude"])
+
+
+def tool(name: str, *words: str | Path) -> str:
+    """What a program of the environment prints."""
+    ran = subprocess.run([Path(sys.executable).with_name(name), *words], capture_output=True, text=True, check=True)
+    return ran.stdout
 
 
 def px4(ulog: ULog, topic: str, *fields: str) -> Any:
@@ -189,6 +253,13 @@ def test_the_raw_link_is_a_tlog_that_pymavlink_reads(path: Path) -> None:
     assert heard.get("BAD_DATA", 0) == 0
     assert stamps == sorted(stamps)
     assert stamps[-1] - stamps[0] == pytest.approx(read_log(path)["vehicle_truth"].t[-1], abs=2.0)
+
+
+def test_mavlogdump_prints_the_link(path: Path) -> None:
+    words = ("--dialect", "development", "--types", "HEARTBEAT,SET_ATTITUDE_TARGET", path.with_suffix(".tlog"))
+    lines = tool("mavlogdump.py", *words).splitlines()
+    assert sum("SET_ATTITUDE_TARGET" in line for line in lines) >= len(read_log(path)["trajectory_reference"])
+    assert any("HEARTBEAT" in line for line in lines)
 
 
 def test_info_says_how_it_ended_and_that_nothing_is_missing(path: Path) -> None:

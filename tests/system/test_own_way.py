@@ -15,8 +15,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pymavlink import mavutil
 
 from halfroll.results.log import Log, read_log
+from halfroll.results.logged_flight import require_flight
 from system.gcs import Gcs
 from system.processes import EXAMPLES, HALFROLL, Ended, Running, free_instance, simulator
 from system.wire import Wire
@@ -50,7 +52,8 @@ def fly_in_three_terminals(folder: Path, *speed: str) -> Flown:
     instance = free_instance()
     with contextlib.ExitStack() as stack:
         wire = stack.enter_context(Wire(14580 + instance, 14540 + instance))
-        ground = stack.enter_context(Running(HALFROLL, "ground", "--instance", str(instance)))
+        kept = ("--log", folder / "flight.ulg", "--tlog", folder / "flight.tlog")
+        ground = stack.enter_context(Running(HALFROLL, "ground", "--instance", str(instance), *kept))
         ground.until_it_says("waiting for an autopilot")
         words = ("--scenario", "ideal", "--log", folder / "flight.ulg", "--peer-offboard", str(wire.port), *speed)
         sitl, _ = stack.enter_context(simulator(*words, instance=instance))
@@ -148,3 +151,18 @@ def test_without_a_ground_station_the_autopilot_flies_the_same_mission(
 def in_the_air_s(log: Log) -> float:
     armed = log["vehicle_state"].t[log["vehicle_state"]["armed"] != 0]
     return float(armed[-1] - armed[0])
+
+
+def test_the_log_of_the_simulator_tells_of_the_plan_when_the_station_is_given_it(in_lockstep: Flown) -> None:
+    flight = require_flight(in_lockstep.log)
+    assert flight.verdict.line == "Flown within limits"
+    assert flight.plan is not None
+    assert len(in_lockstep.log["trajectory_reference"]) == pytest.approx(100 * flight.plan.T, abs=2)
+    assert not in_lockstep.log.damaged
+
+
+def test_its_raw_link_is_a_tlog(in_lockstep: Flown) -> None:
+    raw = mavutil.mavlink_connection(str(in_lockstep.log.path.with_suffix(".tlog")), dialect="development")
+    kinds = [message.get_type() for message in iter(raw.recv_match, None)]
+    assert kinds.count("SET_ATTITUDE_TARGET") >= len(in_lockstep.log["trajectory_reference"])
+    assert "BAD_DATA" not in kinds

@@ -14,6 +14,7 @@ from halfroll.cli.endings import Ended, errors_for_people
 from halfroll.cli.options import (
     Changes,
     FlownVehicle,
+    Instance,
     Json,
     LimitsKind,
     Margin,
@@ -29,7 +30,7 @@ from halfroll.cli.options import (
     share,
 )
 from halfroll.cli.viewing import page_beside, require_viser
-from halfroll.errors import FlightError, HalfrollError, InputError
+from halfroll.errors import FlightError, HalfrollError
 
 
 def fly(
@@ -167,7 +168,7 @@ def hil(
 
 def ground(
     vehicle: VehicleName = "mit-vp",
-    instance: Annotated[int, typer.Option(metavar="N", help="Of the simulator: added to its ports.", min=0)] = 0,
+    instance: Instance = 0,
     serial: Annotated[
         str | None, typer.Option(metavar="DEVICE:BAUD", help="An autopilot at a serial port, in place of UDP.")
     ] = None,
@@ -177,11 +178,14 @@ def ground(
     changes: Changes = None,
     yaw: YawRule = None,
     settings: Settings = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(metavar="F.ulg", help="The log that halfroll sitl --log writes: plan and reference are added."),
+    ] = None,
+    tlog: Annotated[Path | None, typer.Option(metavar="F.tlog", help="Where the raw link goes, for MAVProxy.")] = None,
 ) -> None:
     """Run the ground station until Ctrl-C: it plans what is uploaded, and flies it once it is started."""
     with errors_for_people(as_json=False):
-        if instance > 9:
-            raise InputError(f"instance {instance}: ports are laid out for 0 to 9; choose one of these")
         from halfroll import preflight
         from halfroll.flight import run_ground
         from halfroll.missions.mission import PlanOptions
@@ -194,5 +198,7 @@ def ground(
             options=PlanOptions.of(
                 preflight.planning_mode(mode), limits_kind(limits), share(margin), limit_changes(changes), yaw
             ),
+            log=log,
+            tlog=tlog,
             report=lambda event: print(f"{event.t_s:8.2f} s  {event.text}", flush=True),
         )

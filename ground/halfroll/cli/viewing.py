@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from halfroll.cli.endings import errors_for_people
-from halfroll.cli.options import PlanningMode, Settings, VehicleName, overrides
+from halfroll.cli.options import Instance, PlanningMode, Settings, VehicleName, overrides
 from halfroll.errors import InputError, LinkError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def view(
     vehicle: VehicleName = "mit-vp",
     settings: Settings = None,
     mode: PlanningMode = "paper",
-    instance: Annotated[int, typer.Option(metavar="N", help="Of the simulator, for live.", min=0, max=9)] = 0,
+    instance: Instance = 0,
     port: Annotated[int, typer.Option(help="Of the page; the first free one from there on.", min=1, max=65535)] = 8090,
     dark: Annotated[bool, typer.Option("--dark", help="Light on dark.")] = False,
     browser: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,

@@ -64,6 +64,10 @@ class Page:
         with self.server.atomic():
             self.server.scene.reset()
             self.stage = self._staged(setting)
+            if not self._following:
+                place, middle = setting.seat
+                for client in self.server.get_clients().values():  # who is there already sees all of it, too
+                    client.camera.position, client.camera.look_at = place, middle
 
     def show(self, moment: Moment, now_s: float) -> None:
         with self.server.atomic():

@@ -20,6 +20,7 @@ SAMPLES = 200  # of a panel
 _HEIGHT = 96  # [px] of a panel: five are seen at 1280×720
 _INK = "#8a94a6"  # axes, on dark and light
 _BANNER = "background:#D55E00;color:#fff;padding:4px 8px;border-radius:4px"
+ROTORS = ("left", "rear", "right", "front")
 _NAN4 = (np.nan,) * 4
 
 
@@ -45,7 +46,7 @@ def panels_of(setting: Setting, live: bool) -> tuple[_Panel, ...]:
         ),
         _Panel(
             "rotor command, N",
-            ("left", "rear", "right", "front"),
+            ROTORS,
             lambda m: _NAN4 if m.rotor_N is None else m.rotor_N.tolist(),
             setting.thrust_N,
         ),
@@ -80,7 +81,8 @@ class Panels:
             for name, colour in zip(panel.lines, colours.SERIES, strict=False)
         ]
         series += [{"label": "limit", "stroke": colours.LIMIT, "width": 1, "dash": (4, 3)} for _ in panel.limits]
-        axis = {"stroke": _INK, "grid": {"stroke": "rgba(138,148,166,0.25)", "width": 1}, "size": 44}
+        grid = {"stroke": "rgba(138,148,166,0.25)", "width": 1}
+        axis = {"stroke": _INK, "grid": grid, "ticks": {**grid, "size": 4}, "size": 44}
         names = "".join(
             f'<span style="color:{colour};font-weight:600;margin-left:8px">{name}</span>'
             for name, colour in zip(panel.lines, colours.SERIES, strict=False)
@@ -90,7 +92,7 @@ class Panels:
             columns(panel.values, len(panel.lines), panel.limits, ()),
             tuple(series),
             scales={"x": {"time": False}},
-            axes=({**axis, "size": 28}, axis),
+            axes=({**axis, "size": 28}, {**axis, "space": 18}),
             padding=(6, 10, 0, 0),
             legend={"show": False},
             height=_HEIGHT,
