@@ -101,7 +101,6 @@ def show_trial(number: int, trial: Trial) -> None:
 
 def show_tuned(tuned: Tuned) -> None:
     out = console()
-    low, high = tuned.proven
     table = Table("", "untuned", "tuned", box=None)
     for key, value in tuned.best.values.items():
         table.add_row(Text(key, "dim"), "", f"{value:.4g}")
@@ -109,4 +108,8 @@ def show_tuned(tuned: Tuned) -> None:
     table.add_row(Text("T", "dim"), f"{tuned.untuned.T_s:.3f} s", f"{tuned.proof.T_s:.3f} s")
     table.add_row(Text("success", "dim"), f"{tuned.untuned.success:.2%}", f"{tuned.proof.success:.2%}")
     out.print(table)
-    out.print(f"proven on {tuned.proof.runs} other runs: 95 % {low:.2%} to {high:.2%}", highlight=False)
+    out.print(
+        f"{tuned.proof.succeeded} of {tuned.proof.runs} other runs succeed: with 95 % confidence at least "
+        f"{tuned.at_least:.2%} do",
+        highlight=False,
+    )

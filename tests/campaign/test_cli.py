@@ -71,6 +71,9 @@ def test_the_gate_ends_with_one_when_something_got_worse(folder):
         (["campaign", "nowhere.toml"], 2, "nowhere.toml: No such file"),
         (["campaign", "space.toml", "--engine", "steam"], 2, "threads or processes"),
         (["campaign", "space.toml", "--dask", "tcp://127.0.0.1:1"], 3, "no Dask scheduler answers"),
+        (["campaign", "space.toml", "--dask", "nonsense"], 2, "like tcp://127.0.0.1:8786"),
+        (["campaign", "space.toml", "--run", "99999999999"], 2, "beyond the last that a campaign can have"),
+        (["campaign", "space.toml", "--compare", "hop.toml"], 2, "hop.toml holds no runs of a campaign"),
         (["campaign", "space.toml", "--stop-when", "soon"], 2, "ci<SHARE is wanted"),
         (["campaign", "space.toml", "--compare", "nothing"], 2, "holds no runs"),
         (["campaign", "space.toml", "--fidelity", "paper"], 2, "fidelity"),
@@ -87,6 +90,14 @@ def test_wrong_input_is_one_sentence_and_its_exit_code(folder, words, code, sent
     assert "Traceback" not in ended.stderr
 
 
+def test_what_so_few_runs_cannot_prove_is_not_called_proven(folder):
+    words = ("tune", "space.toml", "--over", "params.ATT_WN=12:14", "--trials", "2", "--runs", "10", "--proof", "20")
+    done = halfroll(folder, *words, "-o", "tuned.params")
+    assert done.returncode == 1
+    assert "20 of 20 succeed: with 95 % confidence at least 86.09%, and 99.90% were wanted" in done.stderr
+    assert (folder / "tuned.params").exists()
+
+
 @pytest.mark.long
 def test_tuning_finds_gains_that_fly_nearer_the_plan_and_writes_them(folder):
     (folder / "space.toml").write_text(SPACE.replace("[vary]", '[set]\n"params.POS_KD_XY" = 3.0\n\n[vary]'))
@@ -94,6 +105,7 @@ def test_tuning_finds_gains_that_fly_nearer_the_plan_and_writes_them(folder):
     done = halfroll(folder, *words, "--success", "0.9", "-o", "tuned.toml", "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
+    assert told["success"]["at_least"] == pytest.approx(0.05 ** (1 / 40))  # 40 of 40: p^40 = 5 %
     assert told["goal"] <= told["untuned"]
     assert 2.0 <= told["values"]["params.POS_KP_XY"] <= 24.0
     flown = halfroll(folder, "check", "hop.toml", "--vehicle", "tuned.toml", "--json")

@@ -1,7 +1,9 @@
 """Threads, processes and a Dask cluster keep the same rows; what stops a campaign loses none and doubles none."""
 
+import errno
 import multiprocessing
 import os
+import shutil
 import signal
 import threading
 import time
@@ -109,6 +111,48 @@ def test_an_archive_takes_no_run_twice_and_no_other_campaign(prepared, flown, tm
     other = hop_space(prepared.space.folder, vary=WIDE)
     with pytest.raises(archives.SpaceError, match="with another s"):
         open_archive(tmp_path, other)
+
+
+@pytest.mark.parametrize("file", ["runs/part-000001.parquet", "unfinished/000003.parquet"])
+def test_a_file_of_an_archive_that_is_damaged_is_named_and_its_runs_are_flown_again_without_it(
+    prepared, flown, tmp_path, file
+):
+    shutil.copytree(flown, tmp_path / "archive")
+    damaged = tmp_path / "archive" / file
+    damaged.parent.mkdir(exist_ok=True)
+    damaged.write_bytes(b"PAR1 no more than this")
+    for look in (lambda: open_archive(tmp_path / "archive", prepared.space), lambda: read_runs(tmp_path / "archive")):
+        with pytest.raises(archives.InputError, match=f"{damaged.name} holds no runs of a campaign"):
+            look()
+    damaged.unlink()
+    fly_campaign(prepared, Threads(2), tmp_path / "archive", RUNS)
+    assert bytes_of(tmp_path / "archive") == bytes_of(flown)
+
+
+def test_a_part_with_fewer_runs_than_a_part_has_is_no_part(prepared, flown, tmp_path):
+    shutil.copytree(flown, tmp_path / "archive")
+    part = tmp_path / "archive" / "runs" / "part-000000.parquet"
+    pq.write_table(pq.read_table(part).slice(0, 5), part)
+    with pytest.raises(archives.InputError, match="5 runs instead of 8"):
+        open_archive(tmp_path / "archive", prepared.space)
+
+
+def test_a_disk_that_is_full_ends_it_with_a_sentence_and_what_was_kept_stays(prepared, flown, tmp_path, monkeypatch):
+    write, written = pq.write_table, []
+
+    def full(table, where, **how):
+        written.append(where)
+        if len(written) > 2:
+            raise OSError(errno.ENOSPC, "no")
+        write(table, where, **how)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pq, "write_table", full)
+        with pytest.raises(archives.InputError, match=r"cannot be written \(No space left on device\); what was kept"):
+            fly_campaign(prepared, Threads(1), tmp_path, RUNS)
+    assert bytes_of(tmp_path).items() < bytes_of(flown).items()
+    fly_campaign(prepared, Threads(1), tmp_path, RUNS)
+    assert bytes_of(tmp_path) == bytes_of(flown)
 
 
 WIDE = {"vehicle.mass_kg": {"uniform": [0.9, 1.1], "times": True}}

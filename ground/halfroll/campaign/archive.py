@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,13 +82,13 @@ class Archive:
         self.folder, self._space = folder, space
         self._schema = schema_of(space)
         self._pending: dict[int, dict[int, dict[str, Any]]] = {}  # part -> run -> row
-        self._complete = {int(file.stem[5:]) for file in self._runs.glob("part-*.parquet")}
+        self._complete = {int(file.stem[5:]) for file in self._runs.glob("part-*.parquet") if _is_whole(file)}
         for file in sorted(self._unfinished.glob("*.parquet")):
             part = int(file.stem)
             if part in self._complete:  # it was completed just before the end
                 file.unlink()
             else:
-                rows = parquet().read_table(file).to_pylist()
+                rows = _read(file).to_pylist()
                 self._pending[part] = {row["run"]: row for row in rows}
 
     @property
@@ -145,13 +146,21 @@ class Archive:
         file.parent.mkdir(exist_ok=True)
         columns = {name: [rows[run][name] for run in sorted(rows)] for name in self._schema.names}
         rough = file.with_suffix(".rough")
-        parquet().write_table(pa.table(columns, self._schema), rough, compression="zstd")
-        rough.replace(file)  # there whole, or not at all
+        try:
+            parquet().write_table(pa.table(columns, self._schema), rough, compression="zstd")
+            rough.replace(file)  # there whole, or not at all
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                rough.unlink()
+            raise InputError(
+                f"{file} cannot be written ({os.strerror(error.errno) if error.errno else error}); what was kept "
+                "before is whole: make room, and the same command goes on"
+            ) from error
 
     def tables(self) -> Iterator[pa.Table]:
         """All runs, in order, a part at a time."""
         for file in part_files(self.folder):
-            yield parquet().read_table(file, schema=self._schema)
+            yield _read(file, schema=self._schema)
 
 
 def open_archive(folder: Path, space: Space) -> Archive:
@@ -199,6 +208,36 @@ def part_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: file.stem.removeprefix("part-"))
 
 
+def _read(file: Path, **how: Any) -> pa.Table:
+    """Raises InputError."""
+    import pyarrow as pa
+
+    try:
+        return parquet().read_table(file, **how)
+    except (pa.ArrowException, OSError, KeyError) as error:
+        raise _damaged(file, error) from None
+
+
+def _is_whole(part: Path) -> bool:
+    """Raises InputError for a part that is there and holds something else than its runs."""
+    import pyarrow as pa
+
+    try:
+        rows = parquet().read_metadata(part).num_rows
+    except (pa.ArrowException, OSError) as error:
+        raise _damaged(part, error) from None
+    if rows != PART_RUNS:
+        raise _damaged(part, f"{rows} runs instead of {PART_RUNS}")
+    return True
+
+
+def _damaged(file: Path, why: Exception | str) -> InputError:
+    reason = str(why).splitlines()[0].removesuffix(".")
+    return InputError(
+        f"{file} holds no runs of a campaign ({reason}); of a campaign's folder, remove it: they are flown again"
+    )
+
+
 def read_runs(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The runs of a campaign's folder, or of one Parquet file. Raises InputError when there are none."""
     import pyarrow as pa
@@ -207,9 +246,9 @@ def read_runs(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     if not files or not path.exists():
         raise InputError(f"{path} holds no runs; give the folder of a campaign, or a .parquet file saved from one")
     try:
-        return pa.concat_tables([parquet().read_table(file, columns=columns) for file in files])
-    except (pa.ArrowInvalid, KeyError) as error:
-        raise InputError(f"{path} is no campaign's Parquet: {str(error).splitlines()[0]}") from None
+        return pa.concat_tables([_read(file, columns=columns) for file in files])
+    except pa.ArrowInvalid as error:
+        raise InputError(f"{path} holds runs of more than one campaign ({str(error).splitlines()[0]})") from None
 
 
 def save_as_one(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
@@ -96,6 +97,8 @@ class Dask:
                     yield from _rows_of(future)
 
     def _client(self) -> Any:
+        if not re.fullmatch(r"(tcp|tls|ws|wss)://[^/]+:\d+", self._address):
+            raise InputError(f"--dask {self._address}: a scheduler's address is wanted, like tcp://127.0.0.1:8786")
         try:
             from distributed import Client
         except ModuleNotFoundError:

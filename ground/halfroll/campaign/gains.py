@@ -21,7 +21,7 @@ from halfroll import param_files
 from halfroll.campaign.engines import Engine, Row
 from halfroll.campaign.prepared import Prepared, firmware_setup, prepare
 from halfroll.campaign.space import Space, SpaceError
-from halfroll.campaign.statistics import interval
+from halfroll.campaign.statistics import CONFIDENCE, interval
 from halfroll.errors import FlightError, InputError, PlanError
 
 Goal = Literal["T", "tracking"]
@@ -71,14 +71,18 @@ class Trial:
 class Tuned:
     best: Trial  # on the runs it was tuned on
     proof: Trial  # on others
-    untuned: Trial  # the space as it was, on the runs of the proof
+    untuned: Trial  # the space as it was, on as many runs of the proof as a candidate flies
     least_success: float
     trials: tuple[Trial, ...]
 
     @property
-    def proven(self) -> tuple[float, float]:
-        """95 % interval of the success rate."""
-        return interval(self.proof.succeeded, self.proof.runs)
+    def at_least(self) -> float:
+        """With 95 % confidence the success rate is at least this: the lower end of a 90 % interval."""
+        return interval(self.proof.succeeded, self.proof.runs, 2.0 * CONFIDENCE - 1.0)[0]
+
+    @property
+    def is_proven(self) -> bool:
+        return self.at_least >= self.least_success
 
 
 def tune(
@@ -96,6 +100,8 @@ def tune(
     """The trial with the lowest goal of those that succeed often enough, and its proof. Raises FlightError where none
     does, SpaceError for a knob that is none or is varied, too."""
     optuna = _optuna()
+    if space.told.sampling == "lhs":
+        raise SpaceError("a latin hypercube has no runs beside its own to prove the result on; take sobol or random")
     for knob in knobs:
         if knob.key in space.axes:
             raise SpaceError(f"{knob.key} is varied by the space, so it cannot be tuned; leave one of them")
@@ -126,7 +132,8 @@ def tune(
     best = min(good, key=lambda trial: trial.goal)
     unseen = range(_UNSEEN, _UNSEEN + proof_runs)
     proof = _tried(plans, best.values, engine, unseen, goal)
-    return Tuned(best, proof, _tried(plans, {}, engine, unseen, goal), least_success, tuple(found))
+    untuned = _tried(plans, {}, engine, unseen[:runs], goal)
+    return Tuned(best, proof, untuned, least_success, tuple(found))
 
 
 def _optuna() -> Any:
@@ -202,9 +209,9 @@ def write_tuned(path: Path, space: Space, tuned: Tuned) -> None:
     known, like = space.nominal.known, space.told.vehicle
     if path.suffix != ".toml" or like.endswith(".toml"):
         raise InputError(f"{path}: write a .params file, or, of a shipped vehicle, a .toml")
-    low, high = tuned.proven
     lines = [
-        f"# Tuned: {tuned.proof.succeeded} of {tuned.proof.runs} runs succeed (95 %: {low:.2%} to {high:.2%}).",
+        f"# Tuned: {tuned.proof.succeeded} of {tuned.proof.runs} runs succeed; with 95 % confidence at least "
+        f"{tuned.at_least:.2%} do.",
         f'like = "{like}"',
         f'name = "{known.name}-tuned"',
         "",

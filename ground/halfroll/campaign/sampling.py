@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from halfroll.campaign.space import SpaceError
+from halfroll.campaign.space import MOST_RUNS, SpaceError
 
 if TYPE_CHECKING:
     from halfroll.campaign.axes import Value
@@ -33,7 +33,9 @@ class Run:
 
 
 def runs_of(space: Space, start: int, count: int) -> list[Run]:
-    """Runs start, start + 1, ... Raises SpaceError beyond the last run of a table that has one (lhs)."""
+    """Runs start, start + 1, ... Raises SpaceError beyond the last of them."""
+    if start + count > MOST_RUNS:
+        raise SpaceError(f"run {start + count - 1} is beyond the last that a campaign can have, {MOST_RUNS - 1}")
     shares = _shares(space, start, count)
     columns = [axis.values(shares[:, i]) for i, axis in enumerate(space.axes.values())]
     rows = zip(*columns, strict=True) if columns else [()] * count

@@ -28,6 +28,7 @@ from halfroll.vehicle import Vehicle, load_vehicle, vehicle_table
 Fidelity = Literal["closed-loop", "sitl"]
 Sampling = Literal["sobol", "lhs", "random", "grid", "saltelli"]
 EXAMPLE = "docs/campaigns.md"
+MOST_RUNS = 100_000_000  # a Sobol sequence ends at a thousand million
 
 
 class SpaceError(InputError):
@@ -77,7 +78,7 @@ class SpaceFile(Table):
     scenario: str = "nominal"
     fidelity: Fidelity = "closed-loop"
     sampling: Sampling = "sobol"
-    runs: Annotated[int, Field(ge=1, le=100_000_000)] = 1000
+    runs: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 1000
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     hold_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.5  # hovers so long after the plan's end
     plan: Planning = Planning()

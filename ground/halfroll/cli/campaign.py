@@ -198,7 +198,6 @@ def tune(
             progress=campaign_console.show_trial,
         )
         gains.write_tuned(out, told, tuned)
-        low, high = tuned.proven
         if as_json:
             console.print_json(
                 {
@@ -206,17 +205,23 @@ def tune(
                     "goal": tuned.proof.goal,
                     "untuned": tuned.untuned.goal,
                     "T_s": tuned.proof.T_s,
-                    "success": {"rate": tuned.proof.success, "low": low, "high": high, "runs": tuned.proof.runs},
+                    "success": {
+                        "rate": tuned.proof.success,
+                        "at_least": tuned.at_least,
+                        "runs": tuned.proof.runs,
+                        "untuned": tuned.untuned.success,
+                    },
                     "file": str(out),
                 }
             )
         else:
             campaign_console.show_tuned(tuned)
             print(f"written {out}")
-        if tuned.proof.success < success:
+        if not tuned.is_proven:
             raise FlightError(
-                f"on runs that it was not tuned on, {tuned.proof.success:.2%} succeed, {success:.2%} were wanted; "
-                "give more --runs, or a wider margin"
+                f"on runs that it was not tuned on, {tuned.proof.succeeded} of {tuned.proof.runs} succeed: with 95 % "
+                f"confidence at least {tuned.at_least:.2%}, and {success:.2%} were wanted; give more --proof, more "
+                "--runs or a wider margin"
             )
 
 
