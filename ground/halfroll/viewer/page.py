@@ -65,9 +65,8 @@ class Page:
             self.server.scene.reset()
             self.stage = self._staged(setting)
             if not self._following:
-                place, middle = setting.seat
-                for client in self.server.get_clients().values():  # who is there already sees all of it, too
-                    client.camera.position, client.camera.look_at = place, middle
+                for client in self.server.get_clients().values():
+                    self._seat(client)
 
     def show(self, moment: Moment, now_s: float) -> None:
         with self.server.atomic():
@@ -116,6 +115,11 @@ class Page:
                 self._offsets[client.client_id] = camera.position - camera.look_at
 
         client.camera.on_update(turned)
+        self._seat(client)  # the plan may have come while it connected
+
+    def _seat(self, client: Any) -> None:
+        """Where all that stands still is seen from."""
+        client.camera.position, client.camera.look_at = self.stage.setting.seat
 
     def _follow(self, moment: Moment) -> None:
         reach = _BEHIND_ARMS * self.stage.setting.arm_m * self.stage.setting.magnification
