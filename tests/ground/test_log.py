@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ground.conftest import ulog_message
 from halfroll.errors import InputError
 from halfroll.results.log import read_log
 
@@ -96,3 +97,26 @@ def test_reading_prints_nothing_on_standard_output(tmp_path, fly_circle, capsys)
     path.write_bytes(path.read_bytes()[:-7])
     read_log(path)
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("formats", "complaint"),
+    [
+        ([b"a:uint64_t timestamp;a x;"], "holds others without end"),
+        ([b"a:uint64_t timestamp;float[60000] x;"], "more than 2000 columns"),
+        ([b"b:float[100] x;", b"a:b[100] x;uint64_t timestamp;"], "more than 2000 columns"),
+    ],
+)
+def test_a_topic_without_an_end_is_refused_before_it_is_begun(tmp_path, formats, complaint):
+    path = tmp_path / "f.ulg"
+    messages = [ulog_message("F", each) for each in formats] + [ulog_message("A", b"\0\0\0a")]
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + b"".join(messages))
+    with pytest.raises(InputError, match=complaint):
+        read_log(path)
+
+
+def test_a_log_that_is_mostly_damaged_is_given_up(tmp_path, ulog_bytes):
+    path = tmp_path / "f.ulg"
+    path.write_bytes(ulog_bytes({"rotor_commands": [(1000, 1, 2, 3, 4)]}) + b"\xf0\xf0" * 100_000)
+    with pytest.raises(InputError, match="most of it is damaged"):
+        read_log(path)
