@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from halfroll.campaign.engines import DASK_BLOCK
+from halfroll.campaign.gains import Trial, Tuned
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "campaigns.md").read_text()
@@ -41,3 +42,14 @@ def test_the_arithmetic_of_ten_million_flights_adds_up():
     assert told("data, GB") == pytest.approx(told("bytes of a run, kept") * flights / 1e9, rel=0.02)
     assert told("rows a second from all cores") == pytest.approx(cores / core_s, rel=0.02)
     assert told("blocks a second at the scheduler") == pytest.approx(cores / core_s / DASK_BLOCK, rel=0.02)
+
+
+def test_the_runs_that_prove_a_share_are_as_many_as_the_page_says():
+    needed = re.search(
+        r"For ([\d.]+) % that takes\s(\d+)\s+runs without a failure, (\d+) with one, (\d+) with two", PAGE
+    )
+    share = float(needed[1]) / 100.0
+    for failures, runs in enumerate(map(int, needed.groups()[1:])):
+        for count, proven in ((runs, True), (runs - 1, False)):
+            proof = Trial({}, 0.0, count - failures, count, 1.0)
+            assert Tuned(proof, proof, proof, share, ()).is_proven == proven
