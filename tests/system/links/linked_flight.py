@@ -32,6 +32,7 @@ from halfroll.wire.messages import GCS, GCS_SYSTEM, GROUND
 from system.links.faulty_link import Faults, Way
 
 A, B = 0, 1  # links: ground station, ground control station
+TO_ALL = 255
 PLANNING_S = 1.0  # vehicle time from request to plan
 FAILSAFE_SHOWN_S = 8.0  # after its text: the vehicle has settled in what it fell back to
 LONGEST_S = 150.0
@@ -117,7 +118,9 @@ class Account:
 
 
 class LinkedFlight:
-    """One vehicle, its two links, and who listens there."""
+    """One vehicle, its links, and who listens there."""
+
+    ends = ((A, 0), (B, 0))  # link and slot, as the vehicle knows who is there
 
     def __init__(self, errand: Errand, faults: Faults, seed: int, scenario: str = "nominal") -> None:
         numbers = [f"{key}={number:.17g}" for key, number in errand.vehicle.numbers().items()]
@@ -128,8 +131,8 @@ class LinkedFlight:
         self._thrusts = setup.vehicle.thrust_min, setup.vehicle.thrust_max
         self._commanded: list[NDArray[np.float32]] = []  # since the last tick
         self._armed = False  # at that
-        self._upward = [Way(faults, f"{seed} up {link}") for link in (A, B)]
-        self._downward = [Way(faults, f"{seed} down {link}") for link in (A, B)]
+        self._upward = [Way(faults, f"{seed} up {end}") for end in range(len(self.ends))]
+        self._downward = [Way(faults, f"{seed} down {end}") for end in range(len(self.ends))]
         self.account = Account()
         self._pilot_link = Link(self._end(B), GCS, GCS_SYSTEM)
         self.start_station()
@@ -144,8 +147,8 @@ class LinkedFlight:
     def clock(self) -> float:
         return self.autopilot.t_us * 1e-6
 
-    def _end(self, link: int) -> _End:
-        return _End(self._upward[link], self._downward[link], self.clock)
+    def _end(self, end: int) -> _End:
+        return _End(self._upward[end], self._downward[end], self.clock)
 
     def start_station(self) -> None:
         """In the place of one that was there before, and knows nothing of it."""
@@ -168,9 +171,9 @@ class LinkedFlight:
     def step(self) -> None:
         """To the next moment at which anything is said or heard, 10 ms at most, and what the ground does then."""
         now_s = self.clock()
-        for link in (A, B):
-            for datagram in self._upward[link].arrived(now_s):
-                self._carry(self.autopilot.service(datagram, link, 0, self.autopilot.t_us))
+        for way, (link, slot) in zip(self._upward, self.ends, strict=True):
+            for datagram in way.arrived(now_s):
+                self._carry(self.autopilot.service(datagram, link, slot, self.autopilot.t_us))
         until_tick = TICK_MS - self.autopilot.t_us // 1000 % TICK_MS
         until_due_s = min(way.next_s for way in (*self._upward, *self._downward)) - now_s
         steps = until_tick if until_due_s > 1e-3 * until_tick else max(1, math.ceil(1e3 * until_due_s - 1e-6))
@@ -196,9 +199,10 @@ class LinkedFlight:
         self.pilot.go_on()
 
     def _carry(self, frames: list[tuple[int, int, bytes]]) -> None:
-        for link, _, frame in frames:
-            if link in (A, B):
-                self._downward[link].post(self.clock(), frame)
+        for link, to, frame in frames:
+            for way, (here, slot) in zip(self._downward, self.ends, strict=True):
+                if link == here and to in (slot, TO_ALL):
+                    way.post(self.clock(), frame)
             if link == B and int.from_bytes(frame[7:10], "little") == _STATUSTEXT:
                 self.account.texts.append(frame[11 : 10 + frame[1]].split(b"\0")[0].decode())
 
