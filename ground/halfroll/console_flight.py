@@ -62,7 +62,9 @@ class Dashboard:
 
     def __rich__(self) -> RenderableType:
         head = Text.assemble((self._title, "bold"), f"  {self._t_s:7.2f} s  ", (self._phase, "cyan"))
-        parts: list[RenderableType] = [head, ProgressBar(total=1.0, completed=self._fraction, width=40)]
+        bar = Table.grid()  # a bar alone ends no line
+        bar.add_row(ProgressBar(total=1.0, completed=self._fraction, width=40))
+        parts: list[RenderableType] = [head, bar]
         if self._glance:
             parts += [figures(self._glance), rotor_bars(self._glance.rotors)]
         return Group(*parts, *(Text(words, "dim") for words in self._words))

@@ -94,6 +94,7 @@ def fly(
         files.prepare()
         from halfroll.flight import fly as fly_mission
 
+        watched = sys.stderr.isatty()  # the dashboard stands in its place below
         with contextlib.ExitStack() as stack:
             beside_page = stack.enter_context(page_beside(flown_by)) if live else None
             said, report_event = stack.enter_context(watched_flight(f"{mission.name} · {flown_by.name}"))
@@ -114,7 +115,7 @@ def fly(
                     command=command_line(),
                     board=board,
                     beside=beside,
-                    watched=sys.stderr.isatty(),
+                    watched=watched,
                     on_ports=beside_page or (lambda instance: None),
                     progress=said,
                     report=report_event,
