@@ -101,9 +101,9 @@ def headlines(flight: LoggedFlight) -> list[tuple[str, str, str]]:
     return [
         ("planned", f"{figures.T_planned_s:.2f}", "s"),
         ("flown", f"{figures.T_flown_s:.2f}", "s"),
-        ("tracking, RMS", f"{figures.tracking_rms_m * 1e3:.0f}", "mm"),
-        ("tracking, worst", f"{figures.tracking_max_m * 1e3:.0f}", "mm"),
-        ("largest waypoint miss", f"{figures.waypoint_miss_max_m * 1e3:.0f}", "mm"),
+        ("tracking, RMS", *_length(figures.tracking_rms_m)),
+        ("tracking, worst", *_length(figures.tracking_max_m)),
+        ("waypoint missed by", *_length(figures.waypoint_miss_max_m)),
         ("rotor at a limit", f"{figures.rotor_saturated * 100:.1f}", "%"),
         ("arm to disarm", f"{figures.flight_s:.1f}", "s"),
     ]
@@ -199,6 +199,11 @@ def _table(heads: Row, rows: Sequence[Row]) -> str:
         return "<p>–</p>"
     head = "<tr>" + "".join(f"<th>{head}</th>" for head in heads) + "</tr>" if heads else ""
     return f"<table>{head}{''.join(_row(*(html.escape(cell) for cell in row)) for row in rows)}</table>"
+
+
+def _length(metres: float) -> tuple[str, str]:
+    """Figure and unit, as one would say it."""
+    return (f"{metres:.2f}", "m") if metres >= 1.0 else (f"{1e3 * metres:.0f}", "mm")
 
 
 def _tile(label: str, value: str, unit: str) -> str:
