@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from pymavlink import mavutil
 from pyulog import ULog
@@ -275,6 +276,14 @@ def test_tables_read_back_bit_for_bit(path: Path, log: Log, tmp_path: Path) -> N
     table = np.genfromtxt(tmp_path / "vehicle_truth.csv", delimiter=",", names=True, deletechars="")
     assert (table["p.2"].astype(np.float32) == log["vehicle_truth"]["p"][:, 2]).all()
     assert (table["t_s"] == log["vehicle_truth"].t).all()
+
+
+def test_parquet_holds_the_numbers_of_the_log_bit_for_bit(path: Path, log: Log, tmp_path: Path) -> None:
+
+    halfroll("log", "export", path, "-o", tmp_path, "--topic", "vehicle_truth", "--format", "parquet")
+    table = pyarrow.parquet.read_table(tmp_path / "vehicle_truth.parquet")
+    for axis in range(3):
+        assert (table[f"p.{axis}"].to_numpy() == log["vehicle_truth"]["p"][:, axis]).all()
 
 
 def test_every_picture_is_drawn(path: Path, tmp_path: Path) -> None:
