@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import hypothesis
 import pytest
 from xdist.scheduler import LoadScopeScheduling
@@ -14,6 +16,10 @@ _IN_PROCESS = ("tests/system/contract/", "tests/system/links/", "tests/system/te
 
 hypothesis.settings.register_profile("halfroll", deadline=None)  # a slow moment of the machine is no failure
 hypothesis.settings.load_profile("halfroll")
+
+signal.signal(
+    signal.SIGINT, signal.default_int_handler
+)  # a shell's background job ignores Ctrl-C, and so would all it starts
 
 
 class ByFileAndPorts(LoadScopeScheduling):
