@@ -5,8 +5,10 @@ Why: one list of commands in the order of `--help`.
 
 from __future__ import annotations
 
+import itertools
 import signal
 import sys
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -73,4 +75,17 @@ def main() -> None:
         sys.exit(app(standalone_mode=False))
     except _TYPERS_USAGE_ERROR as wrong:
         where = wrong.ctx.command_path if wrong.ctx else "halfroll"
-        fail(_WrongUsage(f"{wrong.format_message().rstrip('.')}; see {where} --help"), "--json" in sys.argv)
+        said = wrong.format_message().rstrip(".")
+        given = _given(sys.argv, getattr(getattr(wrong, "param", None), "opts", ()))
+        if given is not None and given not in said:
+            said += f", not {given}"
+        fail(_WrongUsage(f"{said}; see {where} --help"), "--json" in sys.argv)
+
+
+def _given(words: Sequence[str], names: Sequence[str]) -> str | None:
+    """The value of an option of these names, as it was typed: what is wrong with it is said without it."""
+    for word, following in itertools.pairwise([*words, ""]):
+        name, equals, value = word.partition("=")
+        if name in names:
+            return value if equals else following
+    return None
