@@ -17,9 +17,8 @@ _IN_PROCESS = ("tests/system/contract/", "tests/system/links/", "tests/system/te
 hypothesis.settings.register_profile("halfroll", deadline=None)  # a slow moment of the machine is no failure
 hypothesis.settings.load_profile("halfroll")
 
-signal.signal(
-    signal.SIGINT, signal.default_int_handler
-)  # a shell's background job ignores Ctrl-C, and so would all it starts
+# A shell's background job ignores Ctrl-C, and so would all that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class ByFileAndPorts(LoadScopeScheduling):

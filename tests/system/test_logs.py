@@ -279,7 +279,6 @@ def test_tables_read_back_bit_for_bit(path: Path, log: Log, tmp_path: Path) -> N
 
 
 def test_parquet_holds_the_numbers_of_the_log_bit_for_bit(path: Path, log: Log, tmp_path: Path) -> None:
-
     halfroll("log", "export", path, "-o", tmp_path, "--topic", "vehicle_truth", "--format", "parquet")
     table = pyarrow.parquet.read_table(tmp_path / "vehicle_truth.parquet")
     for axis in range(3):
