@@ -45,7 +45,7 @@ def read_text(path: str | Path, encoding: str = "utf-8") -> str:
     return read_bytes(path).decode(encoding).replace("\r\n", "\n")
 
 
-def parse_json(text: str) -> Any:
+def parse_json(text: str | bytes) -> Any:
     """What a JSON text says. Raises ValueError for what is none, and for what is nested deeper than Python follows."""
     try:
         return json.loads(text)

@@ -82,7 +82,7 @@ class Archive:
         self.folder, self._space = folder, space
         self._schema = schema_of(space)
         self._pending: dict[int, dict[int, dict[str, Any]]] = {}  # part -> run -> row
-        self._complete = {int(file.stem[5:]) for file in self._runs.glob("part-*.parquet") if _is_whole(file)}
+        self._complete = {_number_of(file) for file in self._runs.glob("part-*.parquet")}
         for file in sorted(self._unfinished.glob("*.parquet")):
             part = int(file.stem)
             if part in self._complete:  # it was completed just before the end
@@ -218,8 +218,8 @@ def _read(file: Path, **how: Any) -> pa.Table:
         raise _damaged(file, error) from None
 
 
-def _is_whole(part: Path) -> bool:
-    """Raises InputError for a part that is there and holds something else than its runs."""
+def _number_of(part: Path) -> int:
+    """Of a complete part. Raises InputError for one that holds something else than its runs."""
     import pyarrow as pa
 
     try:
@@ -228,7 +228,7 @@ def _is_whole(part: Path) -> bool:
         raise _damaged(part, error) from None
     if rows != PART_RUNS:
         raise _damaged(part, f"{rows} runs instead of {PART_RUNS}")
-    return True
+    return int(part.stem.removeprefix("part-"))
 
 
 def _damaged(file: Path, why: Exception | str) -> InputError:

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from halfroll.reading import parse_json
+
 Array = NDArray[Any]
 
 TOLD_PORT = 14640  # + instance
@@ -59,7 +61,7 @@ def packed(told: ToldPlan | ToldReference) -> bytes:
 def unpacked(datagram: bytes) -> ToldPlan | ToldReference | None:
     """None for what no ground station of ours has sent: anybody may write to a port."""
     try:
-        said = json.loads(datagram)
+        said = parse_json(datagram)
         if "t_us" in said:
             return ToldReference(int(said["t_us"]), _numbers(said["p"], 3), _numbers(said["q_WD"], 4))
         gates = tuple((_numbers(p, 3), None if q is None else _numbers(q, 4)) for p, q in said["gates"])
@@ -68,7 +70,7 @@ def unpacked(datagram: bytes) -> ToldPlan | ToldReference | None:
         if not np.isfinite(path).all():
             return None
         return ToldPlan(str(said["vehicle"]), float(said["duration_s"]), path, gates, (low, high), float(said["arm_m"]))
-    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
+    except (ValueError, TypeError, KeyError, OverflowError):
         return None
 
 
