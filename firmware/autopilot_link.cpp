@@ -28,9 +28,7 @@ std::uint32_t source_of(const link::Header& h) {
 LinkOutputs Autopilot::service(const LinkInputs& in) {
   exchange(in, std::numeric_limits<std::size_t>::max());
   missions_.step(mission_situation(), outbox_);
-  const link::VehicleStatus now = status();
-  streams_.service(in.wall_us, now, outbox_);
-  streams_.show_changes(now, outbox_);
+  streams_.service(in.wall_us, status(), outbox_);
   return finish(in);
 }
 

@@ -50,25 +50,21 @@ Streams::Streams() {
   }
 }
 
-void Streams::step(const VehicleStatus& status, Outbox& outbox) {
+void Streams::step(VehicleStatus status, Outbox& outbox) {
   q_shown_ = continued(status.estimate.q_WB, q_shown_);
+  status.estimate.q_WB = q_shown_;
   next_step_us_ = status.t_us + kStepUs;
   show_changes(status, outbox);
-  std::optional<VehicleStatus> shown;  // in most steps nothing is due
   for (std::size_t link = 0; link < kLinkCount; ++link) {
     if (status.t_us < next_due_us_[link]) continue;
     const Endpoint to = everyone_on(static_cast<int>(link));
     next_due_us_[link] = kNever;
     for (std::size_t row = 0; row < kStreamCount; ++row) {
       if (due_us_[link][row] <= status.t_us) {
-        if (!shown) {
-          shown = status;
-          shown->estimate.q_WB = q_shown_;
-        }
         if (kStreams[row].id == msg::kAvailableModes) {
-          send_all_modes(to, *shown, outbox);
+          send_all_modes(to, status, outbox);
         } else {
-          outbox.send(to, Telemetry{kStreams[row].id, *shown, 1, static_cast<int>(link)});
+          outbox.send(to, Telemetry{kStreams[row].id, status, 1, static_cast<int>(link)});
         }
         schedule(link, row, next_step_us_);
       }
@@ -153,7 +149,7 @@ CommandResult Streams::can_send(std::uint32_t id, float parameter, const Vehicle
   return answer(row_of(id).has_value());
 }
 
-void Streams::send_requested(Endpoint to, std::uint32_t id, float parameter, const VehicleStatus& status,
+void Streams::send_requested(Endpoint to, std::uint32_t id, float parameter, VehicleStatus status,
                              Outbox& outbox) const {
   if (can_send(id, parameter, status) != CommandResult::kAccepted) return;
   if (id == msg::kMessageInterval) {
@@ -163,9 +159,8 @@ void Streams::send_requested(Endpoint to, std::uint32_t id, float parameter, con
     if (parameter == 0.F) return send_all_modes(to, status, outbox);
     outbox.send(to, Telemetry{id, status, static_cast<int>(parameter)});
   } else {
-    VehicleStatus shown = status;
-    shown.estimate.q_WB = continued(status.estimate.q_WB, q_shown_);
-    outbox.send(to, Telemetry{id, shown, 1, to.link});
+    status.estimate.q_WB = continued(status.estimate.q_WB, q_shown_);
+    outbox.send(to, Telemetry{id, status, 1, to.link});
   }
 }
 

@@ -48,7 +48,7 @@ class Streams {
   bool due(std::uint64_t t_us) const { return t_us >= *std::min_element(next_due_us_.begin(), next_due_us_.end()); }
   /// Send all that is due in the step that ended at status.t_us, on all links, and what has changed. Whenever due()
   /// says so and at least every 100 ms, before any TIMESYNC request.
-  void step(const VehicleStatus& status, Outbox&);
+  void step(VehicleStatus status, Outbox&);
   /// Send what has changed since last shown: heartbeat and mode, landed state, home, origin, mission. In step and in
   /// service.
   void show_changes(const VehicleStatus& status, Outbox&);
@@ -62,7 +62,7 @@ class Streams {
 
   /// GET_MESSAGE_INTERVAL and REQUEST_MESSAGE: whether it can be answered; then, after the ACK, send it.
   CommandResult can_send(std::uint32_t id, float parameter, const VehicleStatus& status) const;
-  void send_requested(Endpoint to, std::uint32_t id, float parameter, const VehicleStatus& status, Outbox&) const;
+  void send_requested(Endpoint to, std::uint32_t id, float parameter, VehicleStatus status, Outbox&) const;
 
   auto state() const { return std::tie(interval_us_, due_us_, next_due_us_, next_step_us_, shown_, q_shown_); }
 

@@ -285,15 +285,16 @@ def run_ground(
         try:
             while True:
                 wait_for_any([transport], _POLL_S / 2)
-                while hear_all([link], [station.hear]):
-                    continue
-                try:
-                    station.go_on()
-                except LinkError as error:  # it may come back
-                    tell(Event("released", link.t_us * 1e-6, str(error)))
-                    transport.forget_peer()
-                    link, station = met()
-                station.answer_time()
+                with link.gathering():
+                    while hear_all([link], [station.hear]):
+                        continue
+                    try:
+                        station.go_on()
+                    except LinkError as error:  # it may come back
+                        tell(Event("released", link.t_us * 1e-6, str(error)))
+                        transport.forget_peer()
+                        link, station = met()
+                    station.answer_time()
                 teller.tell(station)
         finally:
             if recorder:

@@ -67,17 +67,18 @@ void Simulation::step(bool listening) {
   carry(vehicle_.step(in), listening ? Say::kNow : Say::kAtBarrier);
 }
 
-/// Ask the ground station for the time and stand until it answers; the links are served meanwhile.
+/// Ask the ground station for the time and stand until it answers; the links are served meanwhile. The question goes
+/// out behind all that was held back, on every link.
 Simulation::Ground Simulation::wait_for_ground() {
   const std::uint64_t began_us = host::wall_us();
   std::uint64_t asked_us = began_us;
   ground_heard_us_ = began_us;
-  release();  // on all links, before the question goes out on one
   vehicle_.ask_time();
   while (!ending()) {
     const LinkInputs in = hear(host::UdpLinks::kAtOnce, host::UdpLinks::kAtOnce * host::UdpLinks::kLongest);
     wall_us_ = in.wall_us;
-    carry(vehicle_.service(in), Say::kNow);
+    carry(vehicle_.service(in), Say::kAtBarrier);
+    release();
     if (rebooting_) return Ground::kAnswered;  // nobody will: the question went with the clock
     if (vehicle_.shown().time_answered) {
       ground_seen_ = true;

@@ -58,6 +58,37 @@ def connected():
     return link, autopilot
 
 
+def test_what_is_gathered_goes_out_together_and_in_order():
+    here, there = MemoryTransport.pair()
+    link = Link(here, wire.GROUND)
+    link.address(1)
+    with link.gathering():
+        for n in range(40):
+            link.send(link.status_text(f"{n:050}"))
+    link.send(link.heartbeat())
+    datagrams = there.receive()
+    parser = dialect.MAVLink(None)
+    said = [[message.to_dict() for message in parser.parse_buffer(datagram)] for datagram in datagrams]
+    assert [len(frames) for frames in said] == [19, 19, 2, 1]
+    assert max(map(len, datagrams)) <= 1200
+    assert [int(frame["text"]) for frames in said[:3] for frame in frames] == list(range(40))
+
+
+def test_what_was_gathered_before_an_error_is_sent():
+    here, there = MemoryTransport.pair()
+    link = Link(here, wire.GROUND)
+    link.address(1)
+
+    def falls_silent():
+        with link.gathering():
+            link.send(link.heartbeat())
+            raise LinkError("silent")
+
+    with pytest.raises(LinkError):
+        falls_silent()
+    assert len(there.receive()) == 1
+
+
 def talk(link, autopilot, conversation, clock=None):
     """Carries a conversation to its end."""
     going = Talk(link, conversation, clock or Clock())

@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -75,15 +74,20 @@ void UdpLinks::open(Link& link, const std::string& bind_address, UdpPorts ports)
 
 const std::vector<link::Datagram>& UdpLinks::receive(std::uint64_t wall_us, std::size_t most, std::size_t most_bytes) {
   received_.clear();
-  for (std::uint8_t i = 0; i < link::kLinkCount; ++i) drain(i, wall_us, most, most_bytes);
+  for (Link& link : links_) {
+    for (std::size_t slot = 1; slot < kSlots; ++slot) {
+      if (link.peers[slot].address != 0 && wall_us - link.peers[slot].heard_us > kForgetUs) link.peers[slot] = Peer{};
+    }
+  }
+  const auto sockets = wait(0);  // which have something: one question to the system in place of one for each
+  for (std::uint8_t i = 0; i < link::kLinkCount; ++i) {
+    if (sockets[i].revents != 0) drain(i, wall_us, most, most_bytes);
+  }
   return received_;
 }
 
 void UdpLinks::drain(std::uint8_t index, std::uint64_t wall_us, std::size_t most, std::size_t most_bytes) {
   Link& link = links_[index];
-  for (std::size_t slot = 1; slot < kSlots; ++slot) {
-    if (link.peers[slot].address != 0 && wall_us - link.peers[slot].heard_us > kForgetUs) link.peers[slot] = Peer{};
-  }
   std::size_t bytes = 0;
   for (std::size_t n = 0; n < most && bytes < most_bytes; ++n) {
     auto& buffer = buffers_[index * kAtOnce + n];
@@ -116,10 +120,11 @@ int UdpLinks::slot_of(Link& link, Peer sender, const std::uint8_t* bytes, std::s
   return free_slot;
 }
 
-void UdpLinks::wait(int ms) const {
+std::array<pollfd, link::kLinkCount> UdpLinks::wait(int ms) const {
   std::array<pollfd, link::kLinkCount> sockets{};
   for (std::size_t i = 0; i < sockets.size(); ++i) sockets[i] = {links_[i].socket, POLLIN, 0};
   ::poll(sockets.data(), sockets.size(), ms);
+  return sockets;
 }
 
 void UdpLinks::send(const link::TxFrame& frame) {
@@ -132,7 +137,7 @@ void UdpLinks::send(const link::TxFrame& frame) {
 
 void UdpLinks::send(const std::vector<link::TxFrame>& frames) {
   std::array<std::uint8_t, kPacked> packed;
-  for (std::size_t i = 0; i < links_.size(); ++i) {
+  for (std::size_t i = links_.size(); i-- > 0;) {
     for (std::size_t slot = 0; slot < kSlots; ++slot) {
       const Peer& peer = links_[i].peers[slot];
       if (peer.address == 0) continue;

@@ -3,6 +3,8 @@
 // Slot 0 of a link is its default peer on loopback. Whoever sends a well-formed frame gets one of slots 1..8 until it
 // has been silent for 30 s; a ninth is not heard. Well-formed means start byte and length; the firmware checks the CRC.
 #pragma once
+#include <poll.h>
+
 #include <array>
 #include <cstdint>
 #include <stdexcept>
@@ -40,12 +42,13 @@ class UdpLinks {
   const std::vector<link::Datagram>& receive(std::uint64_t wall_us, std::size_t most = kAtOnce,
                                              std::size_t most_bytes = kAtOnce * kLongest);
 
-  /// Wait until something arrives, a signal comes or `ms` have passed.
-  void wait(int ms) const;
+  /// Wait until something arrives, a signal comes or `ms` have passed: what the system says of each socket.
+  std::array<pollfd, link::kLinkCount> wait(int ms) const;
 
   /// Send to one endpoint or to all; what cannot be sent is lost, as on any radio.
   void send(const link::TxFrame& frame);
-  /// The same of several, in as few datagrams as they fit in; order is kept for each peer.
+  /// The same of several, in as few datagrams as they fit in; order is kept for each peer, and the first link comes
+  /// last: a question that ends it comes when all has been said.
   void send(const std::vector<link::TxFrame>& frames);
 
  private:

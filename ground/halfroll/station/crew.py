@@ -70,13 +70,14 @@ def fly_together(
     heard_s = wall_s()
     while not pilot.done:
         wait_for_any([transport for _, transport in links], _POLL_S)
-        if hear_all([link for link, _ in links], hearers):
-            heard_s = wall_s()
+        with links[0][0].gathering():
+            if hear_all([link for link, _ in links], hearers):
+                heard_s = wall_s()
+            station.go_on()
+            pilot.go_on()
+            station.answer_time(others_wait=pilot.awaits_answer)
         if wall_s() - heard_s > SILENT_S:
             raise LinkError(f"the autopilot has been silent for {SILENT_S:.0f} s; is its process stopped? fly again")
-        station.go_on()
-        pilot.go_on()
-        station.answer_time(others_wait=pilot.awaits_answer)
         watch()
 
 

@@ -59,6 +59,7 @@ _MISSION_TYPE = 0  # the mission itself, not fence or rally points
 _BODY_RATE_LARGEST, _THRUST_LARGEST = 40.0, 1.0  # a setpoint beyond is dropped whole
 _HALVES, _HALVES_KEPT = ("ATTITUDE_QUATERNION", "LOCAL_POSITION_NED"), 8  # of telemetry
 _ROUND_TRIPS_KEPT = 15
+_GATHERED_LARGEST = 1200  # bytes of a datagram that pass any network whole
 _NEWEST_COUNTS = {"HEARTBEAT", "MISSION_CURRENT"}  # what they say is over when newer ones have come
 _PASSED_BY = 32  # frames at most; farther back in the sequence is another sequence
 _OTHERS_HEARD = {(GROUND, "STATUSTEXT"), (WORLD, "COMMAND_ACK")}
@@ -172,6 +173,7 @@ class Link:
         self.t_us = 0  # the vehicle's time, as last heard
         self.questions = 0  # asked so far, see conversations.py
         self.round_trips_s: deque[float] = deque(maxlen=_ROUND_TRIPS_KEPT)  # of the latest questions, wall clock
+        self._gathered: bytes | None = None  # None: each frame is a datagram of its own
 
     def receive(self, timeout_s: float = 0.0) -> list[Message]:
         """What the autopilot has sent, in order, after waiting at most timeout_s for something."""
@@ -262,8 +264,26 @@ class Link:
         """Send one of the frames made below."""
         if self.vehicle_system is None:
             return
-        self._transport.send(frame.pack(self._codec))
+        datagram = frame.pack(self._codec)
         self._codec.seq = (self._codec.seq + 1) % 256
+        if self._gathered is None:
+            self._transport.send(datagram)
+        elif len(self._gathered) + len(datagram) <= _GATHERED_LARGEST:
+            self._gathered += datagram
+        else:
+            self._transport.send(self._gathered)
+            self._gathered = datagram
+
+    @contextlib.contextmanager
+    def gathering(self) -> Iterator[None]:
+        """What is sent within goes out together at its end: in lockstep the simulator wakes once a tick, not twice."""
+        self._gathered = b""
+        try:
+            yield
+        finally:
+            gathered, self._gathered = self._gathered, None
+            if gathered:
+                self._transport.send(gathered)
 
     @property
     def _target(self) -> tuple[int, int]:
