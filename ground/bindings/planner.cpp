@@ -217,11 +217,12 @@ void bind_solver(py::module_& m) {
         Solution solution = minimise_time(problem, constraints, settings, progress);
         Problem improved = problem;
         improved.start = std::move(solution.trajectory);
-        return py::make_tuple(improved, solution.feasible, solution.interrupted, solution.iterations);
+        return py::make_tuple(improved, solution.feasible, solution.interrupted, solution.push_price);
       },
       "problem"_a, "constraints"_a, py::kw_only(), "samples"_a, "gap_start"_a, "gap_end"_a, "gap_factor"_a,
       "negligible"_a, "iterations"_a, "duration_min"_a, "shift"_a, "curvature"_a, "elastic"_a, "spare"_a, "progress"_a,
-      "(problem with the better trajectory, feasible at its samples, interrupted, iterations)");
+      "(problem with the better trajectory, feasible at its samples, interrupted, what a newton less of the "
+      "least rotor thrust would save, to first order [s/N])");
 
   m.def(
       "rotor_range",

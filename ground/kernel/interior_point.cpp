@@ -26,7 +26,8 @@ constexpr int kCuts = 7, kRetries = 12, kRounds = 8;
 constexpr double kLongBefore = 1.002;
 constexpr double kShiftCost = 3.0;  // times a bound's multiplier
 constexpr double kCut = 0.6;
-constexpr double kLong = 0.4;  // a step at least this long may end a stage of mu
+constexpr double kLong = 0.4;      // a step at least this long may end a stage of mu
+constexpr double kTouched = 0.02;  // margin of a bound that holds the path back; others have multipliers of mu alone
 
 /// All that is known of a piece at one point.
 struct PieceState {
@@ -127,6 +128,7 @@ class InteriorPoint {
     // One that sticks out by little is worth more than one from long before.
     if (!best.interrupted && fastest > kLongBefore * sum(now_.durations)) best.feasible = false;
     best.trajectory = unknowns_.trajectory(best.feasible ? best_point_ : now_.point);
+    best.push_price = push_price();
     return best;
   }
 
@@ -179,6 +181,19 @@ class InteriorPoint {
     for (int k = 0; k < problem_.pieces(); ++k) dual_[k] = mu_ / now_.pieces[k].slack.array();
     trial_.pieces.resize(problem_.pieces());
     return true;
+  }
+
+  /// The multipliers of the least rotor thrusts that are touched.
+  double push_price() const {
+    double price = 0.0;
+    for (int k = 0; k < problem_.pieces(); ++k) {
+      for (int b = 0; b < bounds_; ++b) {
+        const Bound& at = bound(k, b);
+        if (at.sign < 0.0 || !constraints_.rows()[at.row].of_rotor()) continue;
+        price += (now_.pieces[k].slack.col(b).array() < kTouched).select(dual_[k].col(b).array(), 0.0).sum() / at.scale;
+      }
+    }
+    return price;
   }
 
   double least_margin() const {

@@ -36,6 +36,7 @@ struct Solution {
   bool feasible = false;  // at the samples, and between them if that was looked at
   bool interrupted = false;
   int iterations = 0;
+  double push_price = 0.0;  // [s/N] by how much a lower least rotor thrust would shorten it, to first order
 };
 
 Solution minimise_time(const Problem& problem, const Constraints& constraints, const SolverSettings& settings,

@@ -66,17 +66,17 @@ def hovering(scenario: str) -> tuple[_firmware.Autopilot, _firmware.World]:
 
 def loop_figures() -> list[dict[str, object]]:
     """One core, in its own time, the best of short runs: what it would be on a machine that does nothing else."""
-    steps = 20000
+    steps = 10000
     figures = []
     for scenario in ("ideal", "nominal", "full"):
         autopilot, world = hovering(scenario)
-        loop = cpu_seconds(partial(autopilot.fly, world, steps // 5), 25, time.thread_time)
-        figures.append((f"closed_loop_{scenario}_x_realtime", steps // 5 * 1e-3 / loop, "x"))
+        loop = cpu_seconds(partial(autopilot.fly, world, steps), 25, time.thread_time)
+        figures.append((f"closed_loop_{scenario}_x_realtime", steps * 1e-3 / loop, "x"))
     autopilot, world = hovering("ideal")
     gyro, accelerometer = np.array(world.gyro), np.array(world.accelerometer)
     imu, poses = recorded(autopilot.copy(), world.copy(), steps)
-    firmware = cpu_seconds(lambda: autopilot.copy().step_many(imu, poses), 10, time.thread_time)
-    estimator = cpu_seconds(lambda: _firmware.Estimator(autopilot.params).step_many(imu, poses), 10, time.thread_time)
+    firmware = cpu_seconds(lambda: autopilot.copy().step_many(imu, poses), 50, time.thread_time)
+    estimator = cpu_seconds(lambda: _firmware.Estimator(autopilot.params).step_many(imu, poses), 50, time.thread_time)
 
     def single() -> None:
         for _ in range(2000):
@@ -141,7 +141,7 @@ def closed_form_figures() -> list[dict[str, object]]:
         nodes = np.stack([rest(p) if k in (0, n - 1) else node(p) for k, p in enumerate(rng.uniform(-5, 5, (n, 4)))])
         durations = rng.uniform(0.5, 1.5, n - 1)
         path, slopes = solve_with_slopes(nodes, durations)
-        repeats = max(20, 40000 // n)
+        repeats = max(20, 200000 // n)
         for name, work in (
             ("", lambda a=nodes, b=durations: solve(a, b)),
             ("_numpy", lambda a=nodes, b=durations: banded_polynomials.solve(a, b)),
@@ -155,7 +155,7 @@ def closed_form_figures() -> list[dict[str, object]]:
                 }
             )
         kernel = partial(_planner.ClosedForm, nodes, durations)
-        a_node.append(cpu_seconds(kernel, 2 * repeats, time.thread_time) / n)
+        a_node.append(cpu_seconds(kernel, repeats, time.thread_time) / n)
         size = kernel().bytes
         figures.append({"name": f"closed_form_{n}_bytes_a_node", "value": size / n, "unit": "B"})
     figures.append(

@@ -25,7 +25,7 @@ _DURATION_MIN = {True: 0.002, False: 0.012}  # [s] of a piece, tied or not: free
 # shifted:
 _COLD, _REFINED, _FINER, _REPAIR, OTHER_LIMITS = (1.0, 0.02), (0.2, 0.01), (0.1, 0.01), (0.02, 0.003), (0.03, 0.003)
 _STRETCHES = (1.00005, 1.0001, 1.0002, 1.0004, 1.001, 1.003, 1.008)
-_SLOWINGS = (1.0, 1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
+_SLOWINGS = (1.01, 1.03, 1.1, 1.3, 1.7, 2.5)  # of the start
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,9 @@ class Rung:
     gap: float
     steps: int
     negligible: float = 3e-5  # a step that promises less, as a share of the time, ends a stage
+
+
+_EXACT = Rung(1, 32, 2e-3, 120, 1e-4)  # no level is left less exact where it must be repaired
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ def recipe_for(mode: Mode, legs: int, limits: Limits) -> Recipe:
         rates = limits.drive is not None or limits.rotor_rate_max is not None
         return Recipe(ladder, False, Rung(8, 24, 1e-3, 150) if best else None, elastic=rates and not walls)
     if legs <= 8:
-        ladder = (coarse, Rung(3, 16, 3e-3, 120, 1e-4))
+        ladder = (coarse, Rung(3, 16, 6e-3, 120, 1e-4))
         return Recipe(ladder, True, Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
     if legs <= 100:
         ladder = (coarse, Rung(2, 16, 5e-3, 120, 1e-4))
@@ -84,6 +87,7 @@ class Search:
     moving: bool  # a velocity or higher derivative other than zero is given somewhere
     progress: Callable[[float], None]
     interrupted: bool = False
+    push_price: float = 0.0  # [s/N] of the last flight: what less of the least rotor thrust would save, to first order
 
     def minimise(
         self,
@@ -95,7 +99,7 @@ class Search:
     ) -> kernel.Problem:
         """The solver, once; the problem itself if it is stopped before it has found anything inside the limits."""
         gap, shift = start
-        better, feasible, interrupted, _ = kernel.minimise_time(
+        better, feasible, interrupted, self.push_price = kernel.minimise_time(
             problem,
             constraints,
             samples=rung.samples,
@@ -122,7 +126,8 @@ class Search:
         return True
 
     def planned(self, start: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem | None:
-        """The recipe; where forces turn too quickly for its samples, again with three times as many; else the start."""
+        """The recipe; where forces turn too quickly for its samples, again with three times as many; else what the
+        levels before have found, or the start."""
         finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
         for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
             start.tied = tied
@@ -130,6 +135,8 @@ class Search:
             better = self.repaired(climbed[-1], constraints, ladder[len(climbed) - 1]) if climbed else None
             if better is not None or self.interrupted:
                 break
+        if better is None:
+            better = next((flight for flight in (*reversed(climbed), start) if self.proven(flight, constraints)), None)
         if better is None and not self.moving:
             better = self._slowed(start, constraints, 4 * ladder[0].samples, _SLOWINGS)
         return better
@@ -167,6 +174,7 @@ class Search:
     def mended(self, problem: kernel.Problem, constraints: kernel.Constraints, rung: Rung) -> kernel.Problem:
         """With what could not be proven flown anew, where that is little of a long flight: in windows of pieces between
         nodes that stay as they are, wider each time."""
+        price = self.push_price  # of the whole, not of a window
         for width in _WINDOWS if len(problem.durations) > _LONG else ():
             unproven = self._unproven(problem, constraints)
             if not unproven or 2 * width * len(unproven) > _MENDED * len(problem.durations) or self.interrupted:
@@ -174,6 +182,7 @@ class Search:
             for first, last in _windows(unproven, width, len(problem.durations)):
                 part = self.minimise(problem.part(first, last), constraints, rung, _REPAIR, 0.5 * SPARE)
                 problem = problem.with_part(first, part)
+        self.push_price = price
         return problem
 
     def repaired(self, problem: kernel.Problem, constraints: kernel.Constraints, rung: Rung) -> kernel.Problem | None:
@@ -182,6 +191,7 @@ class Search:
         Where the proof fails the solver goes on with more to spare; what is left then is stretched away.
         """
         spare = SPARE
+        rung = replace(rung, gap=min(rung.gap, _EXACT.gap), negligible=min(rung.negligible, _EXACT.negligible))
         problem = self.mended(problem, constraints, rung)
         for _ in range(_SPARES):
             if self.proven(problem, constraints):
@@ -191,14 +201,12 @@ class Search:
                 break
             spare *= 4.0
             problem = self.minimise(problem, constraints, rung, _REPAIR, spare)
-        return self._slowed(problem, constraints, rung.samples, _STRETCHES)
+        return None if self.moving else self._slowed(problem, constraints, rung.samples, _STRETCHES)
 
     def _slowed(
         self, problem: kernel.Problem, constraints: kernel.Constraints, samples: int, factors: Sequence[float]
     ) -> kernel.Problem | None:
-        """The least of these slowings-down by which the proof succeeds. Not where a speed is given: it would change."""
-        if self.moving:
-            return None
+        """The least of these slowings-down by which the proof succeeds. Where a speed is given it would change."""
         for factor in factors:
             slower = problem.stretched(factor)
             if slower.least_margin(constraints, 8 * samples) >= 0.5 * SPARE and self.proven(slower, constraints):

@@ -55,6 +55,33 @@ TEST_CASE("a given velocity stays given") {
   CHECK(solution.trajectory.at(0, 1.0)(1, 0) == doctest::Approx(1.5));
 }
 
+TEST_CASE("the price of the least thrust is the slope of the time over it, by differences") {
+  Problem climb = course({{0, 0, 1}, {0, 0, 2}}, 3.0);
+  for (Mask& given : climb.given) given.setConstant(true);
+  const auto solved = [&](double rotor_min) {
+    Limits limits = rotors_alone();
+    limits.rotor_min = rotor_min;
+    limits.vertical = true;
+    SolverSettings settings;
+    settings.samples = 200;
+    settings.gap_end = 1e-5;
+    return minimise_time(climb, Constraints(paper_vehicle(), limits, false), settings, {});
+  };
+  const double step = 0.01;
+  const double slope = (solved(0.15 + step).trajectory.total() - solved(0.15 - step).trajectory.total()) / (2.0 * step);
+  CHECK(solved(0.15).push_price == doctest::Approx(slope).epsilon(0.02));
+  CHECK(slope > 0.1);
+}
+
+TEST_CASE("nothing is paid for a least thrust that is not touched") {
+  const Problem start = course({{0, 0, 1}, {2, 1, 2}, {4, -1, 1}}, 2.0);
+  Limits limits = rotors_alone();
+  limits.rotor_min = -3.0;
+  limits.rotor_max = 2.0;
+  limits.body_rate_max = 1.0;
+  CHECK(minimise_time(start, Constraints(paper_vehicle(), limits, false), {}, {}).push_price == 0.0);
+}
+
 TEST_CASE("stopped from outside it returns the best flight so far") {
   const Problem start = course({{0, 0, 1}, {2, 1, 2}, {4, -1, 1}}, 3.0);
   const Constraints constraints(paper_vehicle(), rotors_alone(), false);
