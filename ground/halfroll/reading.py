@@ -7,6 +7,7 @@ import errno
 import json
 import os
 import stat
+import sys
 import zipfile
 from collections.abc import Sequence
 from io import BytesIO
@@ -15,6 +16,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 MOST_BYTES = 64 * 2**20  # ten times the largest plan
 
@@ -49,6 +55,14 @@ def parse_json(text: str | bytes) -> Any:
     """What a JSON text says. Raises ValueError for what is none, and for what is nested deeper than Python follows."""
     try:
         return json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The same of TOML; an integer of thousands of digits is none, either."""
+    try:
+        return tomllib.loads(text)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 

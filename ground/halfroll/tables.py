@@ -3,7 +3,6 @@ and handed to the simulator in one way."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from halfroll.errors import InputError
-from halfroll.reading import read_text
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from halfroll.reading import parse_toml, read_text
 
 
 class Table(BaseModel):
@@ -75,13 +69,11 @@ def as_written(name_or_path: str | Path, folder: Path, what: str, error: type[In
             known = ", ".join(shipped(folder))
             raise error(f"no {what} is called {name_or_path!s}; shipped are {known}; or give the path of a .toml file")
     try:
-        return tomllib.loads(read_text(file))
+        return parse_toml(read_text(file))
     except OSError as failure:
         raise error(f"{what} file {file}: {failure.strerror or failure}; check the path") from None
-    except ValueError as failure:  # TOMLDecodeError, UnicodeDecodeError, an integer of thousands of digits
+    except ValueError as failure:
         raise error(f"{what} file {file} is not TOML: {failure}") from None
-    except RecursionError:
-        raise error(f"{what} file {file} is nested too deeply to be a {what}") from None
 
 
 def override(table: dict[str, Any], key: str, entry: str | float, unknown: InputError, made: tuple[str, ...]) -> None:

@@ -8,7 +8,6 @@ wing down, pitch nose up, heading clockwise from north.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, Literal
@@ -20,12 +19,8 @@ from halfroll.manoeuvres.library import AnyManoeuvre
 from halfroll.missions.geodesy import DEFAULT_ORIGIN, GeoPoint, Vector, local_from_global
 from halfroll.missions.mission import Fence, Mission, Quaternion, Rules, Waypoint, Yaw
 from halfroll.missions.point_files import Entry, item_of_waypoint, mission_of_entries
+from halfroll.reading import parse_toml
 from halfroll.wire.frames import attitude_from_degrees, body_rate_from_degrees, heading_deg_to_yaw
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
@@ -113,11 +108,9 @@ class _File(BaseModel):
 def mission_from_toml(text: str, name: str) -> Mission:
     """Our own format: waypoints with optional derivatives, heading, hold and speed limit. Raises MissionError."""
     try:
-        raw = tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError, an integer of thousands of digits
+        raw = parse_toml(text)
+    except ValueError as error:
         raise MissionError(f"is not TOML: {error}") from None
-    except RecursionError:
-        raise MissionError("is nested too deeply to be a mission") from None
     try:
         file = _File.model_validate(raw)
     except ValidationError as error:
