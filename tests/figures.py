@@ -1,8 +1,8 @@
 """What the reliability tests have shown, kept for docs/reliability.md: how many of how many cases held.
 
 Why: a page of figures that nobody can forget to renew. A test marked `reliability(section, claim)` is one case of that
-claim, held if it passes; what it records as "outcome" is counted, too. Workers send both with their reports, and the
-controller adds them up.
+claim, held if it passes; what it records as "outcome" is counted, too, or as "outcomes", how many of each. Workers send
+all with their reports, and the controller adds them up.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 FILE = Path(__file__).parents[1] / "build" / "reliability.json"
-_CASE, _OUTCOME = "reliability", "outcome"  # among a test's user_properties
+_CASE, _OUTCOME, _OUTCOMES = "reliability", "outcome", "outcomes"  # among a test's user_properties
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,9 @@ class Collector:
         if report.when != "call" and report.passed:
             return
         outcomes = Counter(str(said) for name, said in report.user_properties if name == _OUTCOME)
+        for name, counted in report.user_properties:
+            if name == _OUTCOMES:
+                outcomes.update(counted)
         for name, case in report.user_properties:
             if name == _CASE:
                 section, claim, long = case

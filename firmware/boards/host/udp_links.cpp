@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -79,9 +80,9 @@ const std::vector<link::Datagram>& UdpLinks::receive(std::uint64_t wall_us, std:
       if (link.peers[slot].address != 0 && wall_us - link.peers[slot].heard_us > kForgetUs) link.peers[slot] = Peer{};
     }
   }
-  const auto sockets = wait(0);  // which have something: one question to the system in place of one for each
+  const std::array<bool, link::kLinkCount> something = wait(0);  // one question to the system in place of three
   for (std::uint8_t i = 0; i < link::kLinkCount; ++i) {
-    if (sockets[i].revents != 0) drain(i, wall_us, most, most_bytes);
+    if (something[i]) drain(i, wall_us, most, most_bytes);
   }
   return received_;
 }
@@ -120,11 +121,13 @@ int UdpLinks::slot_of(Link& link, Peer sender, const std::uint8_t* bytes, std::s
   return free_slot;
 }
 
-std::array<pollfd, link::kLinkCount> UdpLinks::wait(int ms) const {
+std::array<bool, link::kLinkCount> UdpLinks::wait(int ms) const {
   std::array<pollfd, link::kLinkCount> sockets{};
   for (std::size_t i = 0; i < sockets.size(); ++i) sockets[i] = {links_[i].socket, POLLIN, 0};
   ::poll(sockets.data(), sockets.size(), ms);
-  return sockets;
+  std::array<bool, link::kLinkCount> something{};
+  for (std::size_t i = 0; i < sockets.size(); ++i) something[i] = sockets[i].revents != 0;
+  return something;
 }
 
 void UdpLinks::send(const link::TxFrame& frame) {
@@ -137,7 +140,8 @@ void UdpLinks::send(const link::TxFrame& frame) {
 
 void UdpLinks::send(const std::vector<link::TxFrame>& frames) {
   std::array<std::uint8_t, kPacked> packed;
-  for (std::size_t i = links_.size(); i-- > 0;) {
+  for (std::size_t left = links_.size(); left > 0; --left) {
+    const std::size_t i = left - 1;
     for (std::size_t slot = 0; slot < kSlots; ++slot) {
       const Peer& peer = links_[i].peers[slot];
       if (peer.address == 0) continue;

@@ -3,8 +3,6 @@
 // Slot 0 of a link is its default peer on loopback. Whoever sends a well-formed frame gets one of slots 1..8 until it
 // has been silent for 30 s; a ninth is not heard. Well-formed means start byte and length; the firmware checks the CRC.
 #pragma once
-#include <poll.h>
-
 #include <array>
 #include <cstdint>
 #include <stdexcept>
@@ -42,8 +40,8 @@ class UdpLinks {
   const std::vector<link::Datagram>& receive(std::uint64_t wall_us, std::size_t most = kAtOnce,
                                              std::size_t most_bytes = kAtOnce * kLongest);
 
-  /// Wait until something arrives, a signal comes or `ms` have passed: what the system says of each socket.
-  std::array<pollfd, link::kLinkCount> wait(int ms) const;
+  /// Wait until something arrives, a signal comes or `ms` have passed: which links have something.
+  std::array<bool, link::kLinkCount> wait(int ms) const;
 
   /// Send to one endpoint or to all; what cannot be sent is lost, as on any radio.
   void send(const link::TxFrame& frame);

@@ -5,18 +5,14 @@ What is not refused aloud is in the tables here, and nowhere else.
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from system.contract.aircraft import ACCEPTED, OFFBOARD, A, Aircraft, B
 from system.contract.extremes import Case, Outcome, after, cases
-
-FIGURES = Path(__file__).parents[3] / "build" / "extremes.json"
 
 # Fields that mean nothing where they are: the flight and the answers are those of the message without the extreme.
 PASSED_OVER = {
@@ -121,15 +117,17 @@ def test_an_extreme_value_is_refused_aloud_or_means_nothing(flying: tuple[str, A
 
 
 @pytest.mark.long
+@pytest.mark.reliability(
+    "Extreme values", "situations (hover, OFFBOARD, mission, flip) in which no extreme value had an effect of its own"
+)
 @SITUATIONS
-def test_so_is_every_one_of_thousands(flying: tuple[str, Aircraft, int]) -> None:
-    """The figures of docs/reliability.md."""
-    situation, aircraft, link = flying
+def test_so_is_every_one_of_thousands(
+    flying: tuple[str, Aircraft, int], record_property: Callable[[str, object], None]
+) -> None:
+    _, aircraft, link = flying
     verdicts = judged(aircraft, link, lambda _: True)
+    record_property("outcomes", dict(verdicts))
     assert verdicts.total() > 3000
-    FIGURES.parent.mkdir(exist_ok=True)
-    known = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
-    FIGURES.write_text(json.dumps({**known, situation: {"cases": verdicts.total(), **verdicts}}, indent=2) + "\n")
 
 
 def test_the_value_at_which_each_takes_effect_is_not_called_extreme(hovering: Aircraft) -> None:
