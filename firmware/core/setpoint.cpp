@@ -11,7 +11,7 @@ constexpr std::int64_t kMostAheadUs = 100000;
 
 /// Time since the setpoint was meant [s]; negative for a stamp slightly in the future.
 float age(const Setpoint& setpoint, std::uint64_t t_us) {
-  const std::int64_t age_us = static_cast<std::int64_t>(t_us - setpoint.t_us);
+  const std::int64_t age_us = static_cast<std::int64_t>(t_us) - static_cast<std::int64_t>(setpoint.t_us);
   return 1e-6F * static_cast<float>(std::clamp(age_us, -kMostAheadUs, kMostAheadUs));
 }
 

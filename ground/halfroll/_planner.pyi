@@ -189,9 +189,9 @@ def closed_forms(nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     """
     Coefficients (B, n-1, 10, 4) for B sets of durations (B, n-1); None if one has none.
     """
-def minimise_time(problem: Problem, constraints: Constraints, *, samples: typing.SupportsInt | typing.SupportsIndex, gap_start: typing.SupportsFloat | typing.SupportsIndex, gap_end: typing.SupportsFloat | typing.SupportsIndex, gap_factor: typing.SupportsFloat | typing.SupportsIndex, negligible: typing.SupportsFloat | typing.SupportsIndex, iterations: typing.SupportsInt | typing.SupportsIndex, duration_min: typing.SupportsFloat | typing.SupportsIndex, shift: typing.SupportsFloat | typing.SupportsIndex, curvature: typing.SupportsFloat | typing.SupportsIndex, elastic: bool, spare: typing.SupportsFloat | typing.SupportsIndex, progress: collections.abc.Callable[[float], bool]) -> tuple[Problem, bool, bool, int]:
+def minimise_time(problem: Problem, constraints: Constraints, *, samples: typing.SupportsInt | typing.SupportsIndex, gap_start: typing.SupportsFloat | typing.SupportsIndex, gap_end: typing.SupportsFloat | typing.SupportsIndex, gap_factor: typing.SupportsFloat | typing.SupportsIndex, negligible: typing.SupportsFloat | typing.SupportsIndex, iterations: typing.SupportsInt | typing.SupportsIndex, duration_min: typing.SupportsFloat | typing.SupportsIndex, shift: typing.SupportsFloat | typing.SupportsIndex, curvature: typing.SupportsFloat | typing.SupportsIndex, elastic: bool, spare: typing.SupportsFloat | typing.SupportsIndex, progress: collections.abc.Callable[[float], bool]) -> tuple[Problem, bool, bool, float]:
     """
-    (problem with the better trajectory, feasible at its samples, interrupted, iterations)
+    (problem with the better trajectory, feasible at its samples, interrupted, what a newton less of the least rotor thrust would save, to first order [s/N])
     """
 def rotor_range(problem: Problem, constraints: Constraints, samples: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Any, typing.Any]:
     """

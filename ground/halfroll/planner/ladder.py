@@ -40,9 +40,6 @@ class Rung:
     negligible: float = 3e-5  # a step that promises less, as a share of the time, ends a stage
 
 
-_EXACT = Rung(1, 32, 2e-3, 120, 1e-4)  # no level is left less exact where it must be repaired
-
-
 @dataclass(frozen=True)
 class Recipe:
     ladder: tuple[Rung, ...]  # what `fast` climbs
@@ -71,7 +68,7 @@ def recipe_for(mode: Mode, legs: int, limits: Limits) -> Recipe:
         rates = limits.drive is not None or limits.rotor_rate_max is not None
         return Recipe(ladder, False, Rung(8, 24, 1e-3, 150) if best else None, elastic=rates and not walls)
     if legs <= 8:
-        ladder = (coarse, Rung(3, 16, 6e-3, 120, 1e-4))
+        ladder = (coarse, Rung(3, 16, 3e-3, 120, 1e-4))
         return Recipe(ladder, True, Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
     if legs <= 100:
         ladder = (coarse, Rung(2, 16, 5e-3, 120, 1e-4))
@@ -191,7 +188,6 @@ class Search:
         Where the proof fails the solver goes on with more to spare; what is left then is stretched away.
         """
         spare = SPARE
-        rung = replace(rung, gap=min(rung.gap, _EXACT.gap), negligible=min(rung.negligible, _EXACT.negligible))
         problem = self.mended(problem, constraints, rung)
         for _ in range(_SPARES):
             if self.proven(problem, constraints):

@@ -50,7 +50,6 @@ FREE_YAW = Yaw("free")
 KEPT_YAW = Yaw("given")  # upside down the nose keeps its direction
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _REVERSE_PAYS = 0.002  # of the time, or rotors are not asked to push down: the gentler flight is easier to follow
-_PROMISED = 3.0  # times what comes of it, at least: multipliers overrate how much a limit is worth the farther it goes
 _FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
 _MORE_TIME = (1.01, 1.03, 1.1)  # for legs after a given time of arrival
 
@@ -201,8 +200,8 @@ def _stretch_planned(
     for now in tried:
         constraints = setup.constraints(now)
         if found is not None and not search.recipe.two_starts:
-            promised = search.push_price * (push - limits.rotor_min)
-            if promised < _PROMISED * _REVERSE_PAYS * found.total:
+            promised = search.push_price * (push - limits.rotor_min)  # at most, as the price falls with the limit
+            if promised < _REVERSE_PAYS * found.total:
                 break
         flights: list[kernel.Problem | None] = [found]
         if found is not None and not setup.vertical:

@@ -119,7 +119,7 @@ TEST_CASE("what is broken is named") {
   CHECK(broken(setup.vehicle, setup.params) == "nothing");
   for (const ParamInfo& info : kParamTable) {
     Params params = setup.params;
-    params.*info.member = info.most + std::max(1.F, 0.1F * std::abs(info.most));
+    params.*info.member = info.most + std::max(1.F, 1e-3F * std::abs(info.most));
     CHECK(broken(setup.vehicle, params) == info.id);
   }
 }
