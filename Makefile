@@ -40,10 +40,12 @@ reliability: build sanitized
 	$(BIN)/pytest -n $(JOBS) -m reliability
 	PYTHONPATH=tests $(BIN)/python docs/make_reliability.py
 
-# The simulator under sanitizers, which tests/system/test_sanitized_flights.py flies.
+# All C++ under sanitizers, and what has threads under theirs, which tests/test_sanitized_code.py runs.
 sanitized: $(VENV)/ready | build/deps/clang build/deps/valgrind
-	@test -f build/asan/build.ninja || PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset asan >/dev/null
-	@$(BIN)/cmake --build build/asan -j $(JOBS) --target halfroll-sitl
+	@for each in asan tsan; do test -f build/$$each/build.ninja || \
+	  PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/cmake --preset $$each >/dev/null || exit 1; done
+	@$(BIN)/cmake --build build/asan -j $(JOBS)
+	@$(BIN)/cmake --build build/tsan -j $(JOBS) --target threads_tests
 
 # The firmware on emulated Cortex-M boards: images, flights compared bit by bit, figures in build/hil.json.
 hil: build boards

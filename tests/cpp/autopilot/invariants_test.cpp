@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "../link/client.hpp"
+#include "../link/command_frame.hpp"
 #include "sim/sitl/checked.hpp"
 #include "sim/sitl/scenario_file.hpp"
 #include "sim/sitl/sensed.hpp"
@@ -17,14 +17,7 @@ using namespace halfroll;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-client::Bytes command(std::uint16_t number, float p1, float p7 = 0.F) {
-  mavlink_command_long_t m = {};
-  m.target_system = m.target_component = 1;
-  m.command = number;
-  m.param1 = p1;
-  m.param7 = p7;
-  return client::frame(m, mavlink_msg_command_long_encode_status);
-}
+using client::command;
 
 /// A vehicle in its world; each step is checked, and ends the test with words if it breaks anything.
 class Flight {
