@@ -45,8 +45,8 @@ report ends the process); data races.
 FUZZED = """
 ## Fuzzing
 
-By libFuzzer, each input under the same sanitizers and checked for broken invariants after every millisecond; what the
-corpus keeps is played in every run of the tests. {lines} % of the lines of link and mission code are reached.
+By libFuzzer, each input under address and undefined-behaviour sanitizers and checked for broken invariants after every
+millisecond; what the corpus keeps is played in every run of the tests. {lines} % of the lines of link and mission code are reached.
 
 | | executions | processor time | crashes left |
 |---|---|---|---|
