@@ -46,7 +46,8 @@ FUZZED = """
 ## Fuzzing
 
 By libFuzzer, each input under address and undefined-behaviour sanitizers and checked for broken invariants after every
-millisecond; what the corpus keeps is played in every run of the tests. {lines} % of the lines of link and mission code are reached.
+millisecond; what the corpus keeps is played in every run of the tests. {lines} % of the lines of link and mission code
+are reached.
 
 | | executions | processor time | crashes left |
 |---|---|---|---|
