@@ -34,7 +34,8 @@ the user continues once the rest is planned.
     "Extreme values": """\
 NaN, infinities, denormal and huge numbers in every field of every accepted message, each sent alone to a vehicle in
 flight: the flight and the answers are those of silence, of zero or of the same message without the field, or the value
-is refused aloud ([which fields mean nothing where they are](../tests/system/contract/test_extremes.py)).
+is refused aloud; the few that are numbers like any other, and the fields that mean nothing where they are, are
+[listed](../tests/system/contract/test_extremes.py).
 """,
     "Starved": "A full disk, a folder that takes nothing, no memory, a time of day that jumps by hours.\n",
     "Sanitizers": """\
