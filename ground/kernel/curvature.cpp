@@ -51,8 +51,9 @@ OnBody on_body(const Vehicle& v, const Weights& weights) {
           2.0 * weights.rate_squared};
 }
 
-template <class S, class W>
-Vec<W> by_rate(const OnBody& on, const Vec<W>& w, const S& as) {
+/// G's gradient by the rate. as: turns a weight into a number like those of the rate.
+template <class S, class As>
+Vec<S> by_rate(const OnBody& on, const Vec<S>& w, const As& as) {
   return {as(on.xy) * w[1] + as(on.zx) * w[2] + as(on.square) * w[0],
           as(on.xy) * w[0] + as(on.yz) * w[2] + as(on.square) * w[1],
           as(on.zx) * w[0] + as(on.yz) * w[1] + as(on.square) * w[2]};
@@ -67,7 +68,8 @@ void store_columns(const Flat<Pack>& here, const Vehicle& v, const OnBody* const
     const Dynamics<Directed> at = dynamics(in_direction<along>(here, axis), v);
     for (int sum = 0; sum < 2 && on[sum]; ++sum) {
       const Vec<Pack>& u = on[sum]->on_dw;
-      FlatGradient<Directed> g = pull_back<Directed>({as(u[0]), as(u[1]), as(u[2])}, by_rate(*on[sum], at.body.w, as), at);
+      FlatGradient<Directed> g =
+          pull_back<Directed>({as(u[0]), as(u[1]), as(u[2])}, by_rate(*on[sum], at.body.w, as), at);
       g.acceleration = g.acceleration + as(on[sum]->thrust) * at.axis.n;
       const std::array<Directed, kDynamicEntries> gradient = by_entry(g);
       const int column = kFirst + axis;

@@ -20,14 +20,6 @@ Dual<N, S> constant(const S& v) {
   return out;
 }
 
-/// The variable of direction i.
-template <int N, class S>
-Dual<N, S> variable(const S& v, int i) {
-  Dual<N, S> out = constant<N>(v);
-  out.d[i] = S{} + 1.0;
-  return out;
-}
-
 template <int N, class S>
 inline Dual<N, S> operator+(const Dual<N, S>& a, const Dual<N, S>& b) {
   Dual<N, S> out;
