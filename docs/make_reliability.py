@@ -39,8 +39,9 @@ is refused aloud; the few that are numbers like any other, and the fields that m
 """,
     "Starved": "A full disk, a folder that takes nothing, no memory, a time of day that jumps by hours.\n",
     "Sanitizers": """\
-Addresses, undefined behaviour, casts and integers that wrap where no wrapping is meant (Clang's sanitizers, every
-report ends the process); data races.
+Addresses, undefined behaviour and casts; of firmware and simulator also integers that wrap or change where that is not
+[meant](../cmake/modular.txt) (Clang's sanitizers, every report ends the process); data races between vehicles that fly
+in threads of one process.
 """,
 }
 FUZZED = """

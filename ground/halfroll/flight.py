@@ -50,6 +50,7 @@ OFFBOARD_PORT, GCS_PORT = 14540, 14550  # ours; the simulator's own are
 SITL_OFFBOARD_PORT, SITL_GCS_PORT, SITL_COMPANION_PORT = 14580, 18570, 14280
 INSTANCES = range(10)  # 14540 + 10 would be the GCS's port
 _POLL_S = 0.05
+_HEARD_AT_ONCE = 4  # times, before what answers it goes out: a setpoint of 50 ms ago is too old
 _ENDS_WITHIN_S = 3.0
 _SILENT_S = 30.0  # the crew tells the time a few times a second, once it has begun
 _BAD_OPTION, _PORT_TAKEN = 2, 3  # exit codes of halfroll-sitl
@@ -285,16 +286,17 @@ def run_ground(
         try:
             while True:
                 wait_for_any([transport], _POLL_S / 2)
-                with link.gathering():
-                    while hear_all([link], [station.hear]):
-                        continue
-                    try:
+                try:
+                    with link.gathering():
+                        for _ in range(_HEARD_AT_ONCE):
+                            if not hear_all([link], [station.hear]):
+                                break
                         station.go_on()
-                    except LinkError as error:  # it may come back
-                        tell(Event("released", link.t_us * 1e-6, str(error)))
-                        transport.forget_peer()
-                        link, station = met()
-                    station.answer_time()
+                        station.answer_time()
+                except LinkError as error:  # it may come back
+                    tell(Event("released", link.t_us * 1e-6, str(error)))
+                    transport.forget_peer()
+                    link, station = met()
                 teller.tell(station)
         finally:
             if recorder:

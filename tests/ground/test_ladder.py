@@ -20,6 +20,7 @@ class Rushing(Search):
     """Its solver ends in less than half the time that is possible, from the level of so many pieces on."""
 
     rushes_from = 1
+    samples = 0  # of the level that is searched now
 
     def minimise(
         self,
@@ -29,6 +30,7 @@ class Rushing(Search):
         start: tuple[float, float],
         spare: float = 0.0,
     ) -> kernel.Problem:
+        self.samples = rung.samples
         found = super().minimise(problem, constraints, rung, start, spare)
         return found if rung.pieces < self.rushes_from else found.stretched(0.4)
 
@@ -73,3 +75,21 @@ def test_from_rest_to_rest_what_is_too_quick_is_slowed_until_it_is_proven(start)
     flown = search.planned(problem.stretched(0.8), constraints)
     assert search.proven(flown, constraints)
     assert flown.total > 0.8 * problem.total
+
+
+@pytest.mark.parametrize("moving", [True, False])
+def test_ctrl_c_while_all_is_searched_again_ends_with_the_best_that_was_proven(start, moving):
+    problem, constraints = start
+    search = searched(moving, rushes_from=2)
+    first_samples = search.recipe.ladder[0].samples
+
+    def interrupts(_: float) -> None:
+        if search.samples == 3 * first_samples:
+            raise KeyboardInterrupt
+
+    uninterrupted = searched(moving=True, rushes_from=2).planned(start[0], constraints)
+    search.progress = interrupts
+    flown = search.planned(problem, constraints)
+    assert search.interrupted
+    assert search.proven(flown, constraints)
+    assert flown.total < 1.05 * uninterrupted.total < 0.9 * problem.total

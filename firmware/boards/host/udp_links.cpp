@@ -142,7 +142,7 @@ void UdpLinks::send(const std::vector<link::TxFrame>& frames) {
   std::array<std::uint8_t, kPacked> packed;
   for (std::size_t left = links_.size(); left > 0; --left) {
     const std::size_t i = left - 1;
-    for (std::size_t slot = 0; slot < kSlots; ++slot) {
+    for (std::size_t slot = kSlots; slot-- > 0;) {
       const Peer& peer = links_[i].peers[slot];
       if (peer.address == 0) continue;
       std::size_t size = 0;

@@ -45,8 +45,8 @@ class UdpLinks {
 
   /// Send to one endpoint or to all; what cannot be sent is lost, as on any radio.
   void send(const link::TxFrame& frame);
-  /// The same of several, in as few datagrams as they fit in; order is kept for each peer, and the first link comes
-  /// last: a question that ends it comes when all has been said.
+  /// The same of several, in as few datagrams as they fit in; order is kept for each peer, and the first peer of
+  /// the first link comes last: a question that ends it comes when all has been said.
   void send(const std::vector<link::TxFrame>& frames);
 
  private:

@@ -6,6 +6,7 @@ made by measurement; near_optimal.py knows only that it is given a proven flight
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -48,8 +49,10 @@ class Recipe:
     two_starts: bool = False  # variable pitch also from its own start, not only from the fixed-pitch flight
     gap_factor: float = 0.15  # from stage to stage
     curvature: float = 0.4  # share of the constraints': 0 takes more but cheaper steps, 1 is often indefinite
-
     elastic: bool = True  # limits yield to long steps; of very many, some always would
+    # Variable pitch is left out where the multipliers of the first flight promise too little. On few legs they may be
+    # those of a flight that is not the shortest nearby, and a second search finds per cents that no price has promised.
+    trusts_price: bool = False
 
     @property
     def rungs(self) -> tuple[Rung, ...]:
@@ -72,8 +75,9 @@ def recipe_for(mode: Mode, legs: int, limits: Limits) -> Recipe:
         return Recipe(ladder, True, Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
     if legs <= 100:
         ladder = (coarse, Rung(2, 16, 5e-3, 120, 1e-4))
-        return Recipe(ladder, True, Rung(4, 16, 2e-3, 150) if best else None, elastic=not walls)
-    return Recipe((Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False)
+        finest = Rung(4, 16, 2e-3, 150) if best else None
+        return Recipe(ladder, True, finest, elastic=not walls, trusts_price=not best)
+    return Recipe((Rung(1, 24, 1e-2, 80, 1e-3),), True, elastic=False, trusts_price=not best)
 
 
 @dataclass
@@ -123,20 +127,24 @@ class Search:
         return True
 
     def planned(self, start: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem | None:
-        """The recipe; where forces turn too quickly for its samples, again with three times as many; else what the
-        levels before have found, or the start."""
+        """The recipe; where forces turn too quickly for its samples, again with three times as many; else, and
+        where it is stopped, the shortest of what the levels have found and the start."""
         finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
+        flights = [start]
         for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
             start.tied = tied
             climbed = list(self.climb(start, constraints, ladder))
             better = self.repaired(climbed[-1], constraints, ladder[len(climbed) - 1]) if climbed else None
-            if better is not None or self.interrupted:
+            if better is not None and not self.interrupted:
+                return better
+            flights += climbed if better is None else (*climbed, better)
+            if self.interrupted:
                 break
-        if better is None:
-            better = next((flight for flight in (*reversed(climbed), start) if self.proven(flight, constraints)), None)
-        if better is None and not self.moving:
-            better = self._slowed(start, constraints, 4 * ladder[0].samples, _SLOWINGS)
-        return better
+        self.push_price = math.inf  # of a flight that may be another
+        proven = [flight for flight in flights if self.proven(flight, constraints)]
+        if not proven and not self.moving:
+            return self._slowed(start, constraints, 4 * self.recipe.ladder[0].samples, _SLOWINGS)
+        return min(proven, key=lambda flight: flight.total, default=None)
 
     def climb(
         self, problem: kernel.Problem, constraints: kernel.Constraints, ladder: Sequence[Rung]

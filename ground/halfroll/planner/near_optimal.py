@@ -199,8 +199,8 @@ def _stretch_planned(
     found: kernel.Problem | None = None
     for now in tried:
         constraints = setup.constraints(now)
-        if found is not None and not search.recipe.two_starts:
-            promised = search.push_price * (push - limits.rotor_min)  # at most, as the price falls with the limit
+        if found is not None and search.recipe.trusts_price:
+            promised = search.push_price * (push - limits.rotor_min)  # to first order
             if promised < _REVERSE_PAYS * found.total:
                 break
         flights: list[kernel.Problem | None] = [found]
