@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import halfroll
 from halfroll import simulator
 from halfroll.cli.app import app
-from halfroll.errors import LinkError, MissionError, SimulatorDied
+from halfroll.errors import InputError, LinkError, MissionError, SimulatorDied
 from halfroll.planner.plan import Plan
 from halfroll.planner.segments import monomials
 from halfroll.vehicle import load_vehicle
@@ -29,6 +29,10 @@ HOVER_AND_GO = """QGC WPL 110
 2 0 3 16 0 0 0 0 47.397760 8.545594 2 1
 3 0 3 21 0 0 0 0 47.397760 8.545594 0 1
 """
+TIMED = (
+    "[[waypoint]]\nposition_m = [0, 0, 1]\n",
+    "[[waypoint]]\nposition_m = [5, 0, 1]\ntime_s = 8\n",
+)
 
 
 @pytest.fixture
@@ -181,6 +185,38 @@ def test_paper_mode_takes_the_paper_s_times_and_is_continuous_to_the_8th_derivat
         assert before[:-1] == pytest.approx(after[1:], abs=1e-6 * np.abs(after).max()), d
 
 
+WRONG_OF_FLY = [
+    (["--board", "nosuch"], "board 'nosuch' is not known; give qemu-m4, qemu-m7, python"),
+    (["--limit", "foo=3"], "limit 'foo' is not known"),
+    (["--limits", "foo"], "limits 'foo' are not known"),
+    (["--margin", "2"], "margin 2 is no share"),
+    (["--mode", "magic"], "mode 'magic' is not known"),
+    (["--yaw", "up"], "yaw 'up' is not known"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "complaint"), WRONG_OF_FLY)
+def test_wrong_words_leave_the_last_flight_where_it_is(mission, tmp_path, wrong, complaint):
+    (tmp_path / "last").mkdir()
+    (tmp_path / "last" / "result.json").write_text("{}", encoding="utf-8")
+    ended = run("fly", mission, "--out", tmp_path / "last", *wrong)
+    assert (ended.exit_code, complaint in ended.stderr) == (2, True)
+    assert (tmp_path / "last" / "result.json").read_text(encoding="utf-8") == "{}"
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"limits": "missoin"}, "limits 'missoin' are not known; give mission or rotors"),
+        ({"margin": -0.2}, "margin -0.2 is no share"),
+        ({"margin": float("nan")}, "margin nan is no share"),
+    ],
+)
+def test_python_refuses_what_the_command_line_refuses(mission, options, complaint):
+    with pytest.raises(InputError, match=complaint):
+        halfroll.plan(mission, **options)
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
@@ -201,10 +237,15 @@ def test_paper_mode_takes_the_paper_s_times_and_is_continuous_to_the_8th_derivat
         (["fly", "MISSION", "--out", "field.waypoints"], "choose another with --out DIR"),
         (["fly", "MISSION", "--log", "field.waypoints/f.ulg"], "choose another with --log F.ulg"),
         (["fly", "MISSION", "--vehicle", "none.toml"], "none.toml"),
+        (["fly", "MISSION", "--report", "r.txt"], "r.txt: a report is written as .html or .pdf"),
+        (["plan", "TIMED"], "mode paper keeps no times, and waypoint 2 is due at 8 s; take mode fast or best"),
+        *((["fly", "MISSION", *wrong], complaint) for wrong, complaint in WRONG_OF_FLY),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(mission, words, complaint):
-    words = [mission if word == "MISSION" else word for word in words]
+    timed = mission.with_name("timed.toml")
+    timed.write_text('frame = "local"\n' + "".join(TIMED), encoding="utf-8")
+    words = [{"MISSION": mission, "TIMED": timed}.get(word, word) for word in words]
     plain, as_json = run(*words), run(*words, "--json")
     assert plain.exit_code == as_json.exit_code == 2
     assert plain.stdout == ""

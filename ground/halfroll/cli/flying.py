@@ -25,9 +25,7 @@ from halfroll.cli.options import (
     YawRule,
     command_line,
     limit_changes,
-    limits_kind,
     overrides,
-    share,
 )
 from halfroll.cli.viewing import page_beside, require_viser
 from halfroll.errors import FlightError, HalfrollError
@@ -77,9 +75,11 @@ def fly(
 ) -> None:
     """Fly a mission from take-off to landing, and report. Exit code 0: flown within limits."""
     with errors_for_people(as_json):
-        from halfroll import console, preflight
+        from halfroll import boards, console, preflight
         from halfroll.console_flight import watched_flight
+        from halfroll.missions.mission import PlanOptions, limits_kind
         from halfroll.missions.mission_files import load_mission
+        from halfroll.planner.near_optimal import limits_in
         from halfroll.results.flight_files import REPLAY, FlightFiles
         from halfroll.scenario import load_scenario
         from halfroll.vehicle import load_vehicle
@@ -87,6 +87,11 @@ def fly(
         in_world = load_scenario(scenario)
         flown_by = load_vehicle(vehicle or in_world.vehicle or "mit-vp", overrides(settings))
         wanted = load_mission(mission)
+        # What is wrong with what was asked for is said before the last flight's files go.
+        planned_in = preflight.planning_mode(mode)
+        limits_in(flown_by, PlanOptions.of(planned_in, limits_kind(limits), margin, limit_changes(changes), yaw))
+        if board is not None:
+            boards.command(board)
         if live or replay:
             require_viser()
         folder = out or Path("flights") / f"{mission.stem}-{flown_by.name}"
@@ -107,8 +112,8 @@ def fly(
                     lockstep=lockstep,
                     speed=1.0 if live and speed is None else speed,
                     limits=limits_kind(limits),
-                    margin=share(margin),
-                    mode=preflight.planning_mode(mode),
+                    margin=margin,
+                    mode=planned_in,
                     changes=limit_changes(changes),
                     yaw=yaw,
                     log_path=files.log,
@@ -189,7 +194,7 @@ def ground(
     with errors_for_people(as_json=False):
         from halfroll import preflight
         from halfroll.flight import run_ground
-        from halfroll.missions.mission import PlanOptions
+        from halfroll.missions.mission import PlanOptions, limits_kind
         from halfroll.vehicle import load_vehicle
 
         run_ground(
@@ -197,7 +202,7 @@ def ground(
             instance=instance,
             serial=serial,
             options=PlanOptions.of(
-                preflight.planning_mode(mode), limits_kind(limits), share(margin), limit_changes(changes), yaw
+                preflight.planning_mode(mode), limits_kind(limits), margin, limit_changes(changes), yaw
             ),
             log=log,
             tlog=tlog,

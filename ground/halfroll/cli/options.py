@@ -6,7 +6,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -71,20 +71,6 @@ def limit_changes(settings: Sequence[str] | None) -> dict[str, float | None]:
         except ValueError:
             raise InputError(f"--limit {setting}: NAME=NUMBER or NAME=off is wanted, like tilt_deg=45") from None
     return changes
-
-
-def limits_kind(kind: str) -> Literal["mission", "rotors"]:
-    if kind == "mission":
-        return "mission"
-    if kind == "rotors":
-        return "rotors"
-    raise InputError(f"limits {kind!r} are not known; give mission or rotors")
-
-
-def share(margin: float | None) -> float | None:
-    if margin is not None and not 0.0 <= margin < 1.0:
-        raise InputError(f"margin {margin:g} is no share of the rotors' thrust; give 0 or more and less than 1")
-    return margin
 
 
 def command_line() -> str:

@@ -19,9 +19,7 @@ from halfroll.cli.options import (
     VehicleName,
     YawRule,
     limit_changes,
-    limits_kind,
     overrides,
-    share,
 )
 from halfroll.errors import FlightError, InputError
 
@@ -40,6 +38,7 @@ def check(
     """Say what will be flown, what is not supported, and how long it takes."""
     with errors_for_people(as_json):
         from halfroll import console, preflight
+        from halfroll.missions.mission import limits_kind
 
         with console.status("planning") as said:
             found = preflight.check(
@@ -47,7 +46,7 @@ def check(
                 vehicle,
                 mode=mode,
                 limits=limits_kind(limits),
-                margin=share(margin),
+                margin=margin,
                 changes=limit_changes(changes),
                 yaw=yaw,
                 overrides=overrides(settings),
@@ -81,6 +80,7 @@ def plan(
         if output is not None and output.suffix.lower() not in (".csv", ".json", ".npz"):
             raise InputError(f"{output}: plans are written as .csv, .json or .npz; end the name in one of them")
         from halfroll import console, preflight
+        from halfroll.missions.mission import limits_kind
         from halfroll.vehicle import load_vehicle
         from halfroll.wire.transport import wall_s
 
@@ -92,7 +92,7 @@ def plan(
                 flown_by,
                 mode=mode,
                 limits=limits_kind(limits),
-                margin=share(margin),
+                margin=margin,
                 changes=limit_changes(changes),
                 yaw=yaw,
                 progress=said,

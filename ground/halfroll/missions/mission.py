@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Literal
 
-from halfroll.errors import MissionError
+from halfroll.errors import InputError, MissionError
 from halfroll.missions.geodesy import GeoPoint, Vector, local_from_global
 from halfroll.vehicle import GRAVITY
 
@@ -247,6 +247,15 @@ class Rules:
 NO_RULES = Rules()
 
 
+def limits_kind(name: str) -> LimitsKind:
+    """Raises InputError for a name that is none."""
+    if name == "mission":
+        return "mission"
+    if name == "rotors":
+        return "rotors"
+    raise InputError(f"limits {name!r} are not known; give mission or rotors")
+
+
 @dataclass(frozen=True)
 class PlanOptions:
     """How a mission is planned, whatever the mission."""
@@ -266,8 +275,11 @@ class PlanOptions:
         changes: Mapping[str, float | None] | None = None,
         yaw: str | None = None,
     ) -> PlanOptions:
-        """As people give them: limits by name, yaw in words. Raises MissionError."""
-        return cls(mode, limits, margin, tuple((changes or {}).items()), None if yaw is None else Yaw.parsed(yaw))
+        """As people give them: limits by name, yaw in words. Raises InputError."""
+        if margin is not None and not 0.0 <= margin < 1.0:
+            raise InputError(f"margin {margin:g} is no share of the rotors' thrust; give 0 or more and less than 1")
+        asked_yaw = None if yaw is None else Yaw.parsed(yaw)
+        return cls(mode, limits_kind(limits), margin, tuple((changes or {}).items()), asked_yaw)
 
 
 DEFAULT_OPTIONS = PlanOptions()

@@ -128,9 +128,9 @@ class Search:
 
     def planned(self, start: kernel.Problem, constraints: kernel.Constraints) -> kernel.Problem | None:
         """The recipe; where forces turn too quickly for its samples, again with three times as many; else, and
-        where it is stopped, the shortest of what the levels have found and the start."""
+        where it is stopped, the shortest of what the levels have found, repaired, and the start."""
         finer = tuple(replace(rung, samples=3 * rung.samples) for rung in self.recipe.ladder[:2])
-        flights = [start]
+        flights, coarse = [start], []
         for ladder, tied in ((self.recipe.ladder, self.recipe.tied), (finer, True)):
             start.tied = tied
             climbed = list(self.climb(start, constraints, ladder))
@@ -138,9 +138,12 @@ class Search:
             if better is not None and not self.interrupted:
                 return better
             flights += climbed if better is None else (*climbed, better)
+            coarse += list(zip(climbed[:-1], ladder, strict=False))
             if self.interrupted:
                 break
         self.push_price = math.inf  # of a flight that may be another
+        mended = (self.repaired(flight, constraints, rung) for flight, rung in reversed(coarse) if not self.interrupted)
+        flights += [flight for flight in mended if flight is not None]
         proven = [flight for flight in flights if self.proven(flight, constraints)]
         if not proven and not self.moving:
             return self._slowed(start, constraints, 4 * self.recipe.ladder[0].samples, _SLOWINGS)

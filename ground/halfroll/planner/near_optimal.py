@@ -9,7 +9,7 @@ the search itself. docs/planner.md explains each step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,7 @@ from halfroll.planner.plan import (
 from halfroll.planner.proof import proven
 from halfroll.planner.segments import PiecewisePolynomial, solve
 from halfroll.planner.turning_room import require_room
-from halfroll.planner.warm_start import warm_start
+from halfroll.planner.warm_start import along_its_path, warm_start
 from halfroll.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -50,6 +50,7 @@ FREE_YAW = Yaw("free")
 KEPT_YAW = Yaw("given")  # upside down the nose keeps its direction
 PUSHES_UP = 0.05  # of the largest thrust: rotors that push no less than this could have fixed pitch
 _REVERSE_PAYS = 0.002  # of the time, or rotors are not asked to push down: the gentler flight is easier to follow
+_NOSE_SLOWER = (1.0, 1.5, 3.0)  # than with the nose free, where the search begins
 _FENCE_STEP_S = 0.005  # of a path that is checked against a fence point by point
 _MORE_TIME = (1.01, 1.03, 1.1)  # for legs after a given time of arrival
 
@@ -58,6 +59,13 @@ def limits_of(vehicle: Vehicle, kind: LimitsKind = "mission", margin: float | No
     """As Limits.of, but rotor thrust alone is really alone: the thrust axis may tilt below the horizon."""
     limits = Limits.of(vehicle, kind, margin)
     return replace(limits, force_z_min=None) if kind == "rotors" else limits
+
+
+def limits_in(vehicle: Vehicle, options: PlanOptions, rules: Rules | None = None) -> Limits:
+    """Those that options and rules make. Raises InputError."""
+    of = Limits.of if options.mode == "paper" else limits_of
+    of_mission = () if rules is None else rules.limits
+    return changed(of(vehicle, options.limits, options.margin), (*of_mission, *options.changes))
 
 
 def plan_in_mode(
@@ -71,9 +79,9 @@ def plan_in_mode(
     """The plan of any mode, inside the limits that options and rules (in W) make, with room where it turns over. Raises
     as `plan_course`."""
     rules = rules or Rules()
-    of = Limits.of if options.mode == "paper" else limits_of
-    limits = changed(of(vehicle, options.limits, options.margin), (*rules.limits, *options.changes))
+    limits = limits_in(vehicle, options, rules)
     yaw = options.yaw or rules.yaw
+    due = ((k, point) for k, point in enumerate(waypoints) if point.time_s is not None)
     if options.mode != "paper":
         plan = plan_near_optimal(
             waypoints, vehicle, limits, options.mode, progress, yaw=yaw or FREE_YAW, fences=rules.fences
@@ -81,6 +89,8 @@ def plan_in_mode(
         require_inside(plan, rules.fences if plan.turns else ())
     elif yaw is not None and yaw.rule != "given":
         raise InputError(f"mode paper flies yaw as given, not {yaw.rule}; take mode fast or best")
+    elif timed := next((f"{_name(point, k)} is due at {point.time_s:g} s" for k, point in due), None):
+        raise InputError(f"mode paper keeps no times, and {timed}; take mode fast or best")
     else:
         plan = proven(plan_course(waypoints, vehicle, limits, progress), waypoints, limits)
         require_inside(plan, rules.fences)
@@ -209,8 +219,10 @@ def _stretch_planned(
             problem = search.minimise(found, constraints, rung, OTHER_LIMITS, SPARE)
             flights.append(search.repaired(problem, constraints, rung))
         if len(flights) == 1 or (search.recipe.two_starts and not search.interrupted):
-            start = warm_start(setup, constraints)
-            flights.append(search.planned(start, constraints))
+            for start in _starts(search, setup, now):
+                flights.append(search.planned(start, constraints))
+                if flights[-1] is not None or search.interrupted:
+                    break
         shortest = min((one for one in flights if one is not None), key=lambda one: one.total, default=None)
         if found is None or shortest is None or shortest.total < (1.0 - _REVERSE_PAYS) * found.total:
             found = shortest
@@ -227,6 +239,19 @@ def _stretch_planned(
         found = arriving
     low, high = kernel.rotor_range(found, constraints, 200)
     return found, (low, high)
+
+
+def _starts(search: Search, setup: Setup, limits: Limits) -> Iterator[kernel.Problem]:
+    """Where the search begins; the next one where it has found nothing. With the nose along the path from the flight
+    with the nose free: slowed down, until the nose follows of itself, the paper's polynomials crawl."""
+    if setup.yaw.rule == "path":
+        free = replace(setup, yaw=FREE_YAW)
+        constraints = free.constraints(limits)
+        flight = search.planned(warm_start(free, constraints), constraints)
+        if flight is not None:
+            aimed = along_its_path(flight, setup)
+            yield from (aimed.stretched(factor) for factor in _NOSE_SLOWER)
+    yield warm_start(setup, setup.constraints(limits))
 
 
 def _arriving(

@@ -6,15 +6,18 @@ Why: the solver may start outside, but ends sooner, and never in the wrong valle
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from halfroll import _planner as kernel
 from halfroll.errors import PlanError
 from halfroll.planner.kernel_problem import Setup
-from halfroll.planner.segments import solve
+from halfroll.planner.segments import PiecewisePolynomial, solve
 
 _ROOM = 0.01  # relative margin at which the start needs no more slowing down
+_LOOKS = 64  # a leg, along which way it goes
+_STANDS_M_S = 1e-3
 
 
 def warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem:
@@ -44,6 +47,29 @@ def warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem:
         makers = [stopping]
     starts = [_slow_enough(make, constraints) for make in makers]
     return min(starts, key=lambda start: (max(0.0, _ROOM - start[1]), start[0].total))[0]
+
+
+def along_its_path(flight: kernel.Problem, setup: Setup) -> kernel.Problem:
+    """A flight whose nose was free, with it along the path: at each waypoint as the path has turned, and at the end as
+    often around, for a nose that turned the other way would never find back."""
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(flight.leg, append=-1)) + 1])
+    path = PiecewisePolynomial(np.concatenate([[0.0], np.cumsum(flight.durations)]), np.array(flight.coefficients))
+    t = np.linspace(0.0, path.times[-1], _LOOKS * len(ends))
+    velocity = path.derivatives(t, 2)[:, 1, :2]
+    t, velocity = t[moving := np.linalg.norm(velocity, axis=1) > _STANDS_M_S], velocity[moving]
+    nodes, times = setup.stretch.nodes.copy(), path.times[ends]
+    if len(t) > 1:
+        heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
+        heading += 2.0 * np.pi * np.round((nodes[0, 0, 3] - heading[0]) / (2.0 * np.pi))
+        at_nodes = np.interp(times, t, heading)
+        free = ~setup.given[:, 0, 3]
+        nodes[free, 0, 3] = at_nodes[free]
+        nodes[free, 1, 3] = np.interp(times, t, np.gradient(heading, t))[free]
+        nodes[free, 2:, 3] = 0.0
+        around = np.round((at_nodes - nodes[:, 0, 3]) / (2.0 * np.pi))
+        nodes[~free, 0, 3] += 2.0 * np.pi * around[~free]
+    aimed = replace(setup, stretch=replace(setup.stretch, nodes=nodes))
+    return aimed.problem(flight.nodes[ends], np.bincount(flight.leg, flight.durations).astype(np.float64))
 
 
 def _slow_enough(

@@ -26,6 +26,15 @@ PLAN, EXACT_PLAN, PICTURE, RESULT = "plan.csv", "plan.json", "flight.png", "resu
 REPLAY = "replay.html"
 
 
+_REPORTS = (".html", ".htm", ".pdf")
+
+
+def require_report(path: Path) -> None:
+    """Raises InputError for a name that says of no form that reports have."""
+    if path.suffix.lower() not in _REPORTS:
+        raise InputError(f"{path}: a report is written as .html or .pdf; end the name in one of them")
+
+
 @dataclass(frozen=True)
 class FlightFiles:
     """Log and report may lie elsewhere; the rest is in `folder`."""
@@ -36,6 +45,7 @@ class FlightFiles:
 
     def prepare(self) -> None:
         """Makes the folders and removes what the last flight left, before anything flies. Raises InputError."""
+        require_report(self.report)
         raw_link = self.log.with_suffix(".tlog")
         named = {self.log: "--log F.ulg", raw_link: "--log F.ulg", self.report: "--report R.html"}
         for file in (
@@ -135,11 +145,10 @@ def write_report_as_named(
     path: Path, flight: LoggedFlight, facts: Mapping[str, str] | None = None, replay: str | None = None
 ) -> None:
     """A page, which links to the replay, or a PDF, as the name ends. Raises InputError for any other name, OSError."""
+    require_report(path)
     if path.suffix.lower() == ".pdf":
         from halfroll.results.report_pdf import write_pdf
 
         write_pdf(path, flight)
-    elif path.suffix.lower() in (".html", ".htm"):
-        write_report(path, flight, facts, replay)
     else:
-        raise InputError(f"{path}: a report is written as .html or .pdf; end the name in one of them")
+        write_report(path, flight, facts, replay)
