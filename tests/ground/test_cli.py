@@ -238,7 +238,7 @@ def test_python_refuses_what_the_command_line_refuses(mission, options, complain
         (["fly", "MISSION", "--log", "field.waypoints/f.ulg"], "choose another with --log F.ulg"),
         (["fly", "MISSION", "--vehicle", "none.toml"], "none.toml"),
         (["fly", "MISSION", "--report", "r.txt"], "r.txt: a report is written as .html or .pdf"),
-        (["plan", "TIMED"], "mode paper keeps no times, and waypoint 2 is due at 8 s; take mode fast or best"),
+        (["plan", "TIMED"], "mode paper keeps no times, and item 1 is due at 8 s; take mode fast or best"),
         *((["fly", "MISSION", *wrong], complaint) for wrong, complaint in WRONG_OF_FLY),
     ],
 )
