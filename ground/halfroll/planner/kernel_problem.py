@@ -112,6 +112,16 @@ class Setup:
         )
 
 
+def leg_ends(problem: kernel.Problem) -> NDArray[np.intp]:
+    """(legs + 1,) places of the waypoints among the nodes of its pieces."""
+    return np.concatenate([[0], np.flatnonzero(np.diff(problem.leg, append=-1)) + 1])
+
+
+def leg_durations(problem: kernel.Problem) -> Array:
+    """(legs,) [s]"""
+    return np.bincount(problem.leg, problem.durations).astype(np.float64)
+
+
 def _settled(stretch: Stretch, vehicle: Vehicle, limits: Limits) -> Stretch:
     """Free thrusts of attitudes and free speeds: as they are best in the paper's form, which then stay."""
     if not stretch.lines:

@@ -22,7 +22,7 @@ from halfroll.planner import corridor
 from halfroll.planner.aerobatics import turns_over
 from halfroll.planner.arrivals import given_times, require_possible, shared_out, too_early
 from halfroll.planner.course_nodes import CourseNode, checked_nodes
-from halfroll.planner.kernel_problem import Setup, headed, infeasible, place, require_fenced
+from halfroll.planner.kernel_problem import Setup, headed, infeasible, leg_durations, leg_ends, place, require_fenced
 from halfroll.planner.ladder import OTHER_LIMITS, SPARE, Mode, Search, recipe_for
 from halfroll.planner.limits import Limits, changed
 from halfroll.planner.plan import (
@@ -221,7 +221,7 @@ def _stretch_planned(
         if len(flights) == 1 or (search.recipe.two_starts and not search.interrupted):
             for start in _starts(search, setup, now):
                 flights.append(search.planned(start, constraints))
-                if flights[-1] is not None or search.interrupted:
+                if flights[-1] is not None:  # where it is stopped, those that are left cost next to nothing
                     break
         shortest = min((one for one in flights if one is not None), key=lambda one: one.total, default=None)
         if found is None or shortest is None or shortest.total < (1.0 - _REVERSE_PAYS) * found.total:
@@ -232,7 +232,7 @@ def _stretch_planned(
         raise infeasible(setup, start, constraints)
     found = search.refined(found, constraints)
     if times := given_times(points, start_s):
-        durations = _leg_durations(found)
+        durations = leg_durations(found)
         arriving = _arriving(search, setup, found, durations, times)
         if arriving is None:
             raise too_early(points, durations, times, start_s)
@@ -264,7 +264,7 @@ def _arriving(
     search.moving = True  # nothing may be slowed down any more
     better, last = _in_times(search, setup, fastest, shared, timed)
     for more in () if better is not None or all(timed) else _MORE_TIME:
-        relaxed = _leg_durations(last) * np.where(timed, 1.0, more)
+        relaxed = leg_durations(last) * np.where(timed, 1.0, more)
         better, _ = _in_times(search, setup, last, relaxed, [True] * len(timed))
         if better is not None:
             break
@@ -276,8 +276,8 @@ def _in_times(
 ) -> tuple[kernel.Problem | None, kernel.Problem]:
     """(proven, last tried) with these durations of the legs, some of them fixed: from a flight near it in space, or
     from the paper's polynomials."""
-    ends = np.concatenate([[0], np.flatnonzero(np.diff(near.leg, append=-1)) + 1])
-    slower = np.concatenate([[1.0], durations / _leg_durations(near), [1.0]])
+    ends = leg_ends(near)
+    slower = np.concatenate([[1.0], durations / leg_durations(near), [1.0]])
     by = np.sqrt(slower[:-1] * slower[1:])  # of each node
     values = near.nodes[ends] / by[:, None, None] ** np.arange(5)[:, None]
     path = solve(setup.stretch.nodes, durations)
@@ -291,7 +291,3 @@ def _in_times(
         if better is not None:
             break
     return better, problem
-
-
-def _leg_durations(problem: kernel.Problem) -> Array:
-    return np.bincount(problem.leg, problem.durations).astype(np.float64)

@@ -12,7 +12,7 @@ import numpy as np
 
 from halfroll import _planner as kernel
 from halfroll.errors import PlanError
-from halfroll.planner.kernel_problem import Setup
+from halfroll.planner.kernel_problem import Setup, leg_durations, leg_ends
 from halfroll.planner.segments import PiecewisePolynomial, solve
 
 _ROOM = 0.01  # relative margin at which the start needs no more slowing down
@@ -52,7 +52,7 @@ def warm_start(setup: Setup, constraints: kernel.Constraints) -> kernel.Problem:
 def along_its_path(flight: kernel.Problem, setup: Setup) -> kernel.Problem:
     """A flight whose nose was free, with it along the path: at each waypoint as the path has turned, and at the end as
     often around, for a nose that turned the other way would never find back."""
-    ends = np.concatenate([[0], np.flatnonzero(np.diff(flight.leg, append=-1)) + 1])
+    ends = leg_ends(flight)
     path = PiecewisePolynomial(np.concatenate([[0.0], np.cumsum(flight.durations)]), np.array(flight.coefficients))
     t = np.linspace(0.0, path.times[-1], _LOOKS * len(ends))
     velocity = path.derivatives(t, 2)[:, 1, :2]
@@ -69,7 +69,7 @@ def along_its_path(flight: kernel.Problem, setup: Setup) -> kernel.Problem:
         around = np.round((at_nodes - nodes[:, 0, 3]) / (2.0 * np.pi))
         nodes[~free, 0, 3] += 2.0 * np.pi * around[~free]
     aimed = replace(setup, stretch=replace(setup.stretch, nodes=nodes))
-    return aimed.problem(flight.nodes[ends], np.bincount(flight.leg, flight.durations).astype(np.float64))
+    return aimed.problem(flight.nodes[ends], leg_durations(flight))
 
 
 def _slow_enough(
