@@ -6,6 +6,7 @@ import re
 import struct
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -242,12 +243,12 @@ def test_a_log_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_raw_link_is_a_tlog_that_pymavlink_reads(path: Path) -> None:
-    connection = mavutil.mavlink_connection(str(path.with_suffix(".tlog")), dialect="development")
     heard: dict[str, int] = {}
     stamps = []
-    while (message := connection.recv_match()) is not None:
-        heard[message.get_type()] = heard.get(message.get_type(), 0) + 1
-        stamps.append(message._timestamp)
+    with closing(mavutil.mavlink_connection(str(path.with_suffix(".tlog")), dialect="development")) as raw:
+        while (message := raw.recv_match()) is not None:
+            heard[message.get_type()] = heard.get(message.get_type(), 0) + 1
+            stamps.append(message._timestamp)
     references = read_log(path)["trajectory_reference"]
     assert heard["SET_ATTITUDE_TARGET"] >= len(references)
     assert heard["HEARTBEAT"] > 0

@@ -162,7 +162,8 @@ def test_the_log_of_the_simulator_tells_of_the_plan_when_the_station_is_given_it
 
 
 def test_its_raw_link_is_a_tlog(in_lockstep: Flown) -> None:
-    raw = mavutil.mavlink_connection(str(in_lockstep.log.path.with_suffix(".tlog")), dialect="development")
-    kinds = [message.get_type() for message in iter(raw.recv_match, None)]
+    path = in_lockstep.log.path.with_suffix(".tlog")
+    with contextlib.closing(mavutil.mavlink_connection(str(path), dialect="development")) as raw:
+        kinds = [message.get_type() for message in iter(raw.recv_match, None)]
     assert kinds.count("SET_ATTITUDE_TARGET") >= len(in_lockstep.log["trajectory_reference"])
     assert "BAD_DATA" not in kinds
