@@ -15,16 +15,14 @@ Wrench attitude_wrench(const Quat& q_WB, const Vec3& w_WB_B, const Reference& re
 
   const Quat q_BD = normalised(conj(q_WB) * reference.q_WD);  // Eq 21: q_e = q* q_d
   if (params.attitude_law == 1.F) {                           // as printed: turns away from its reference
-    const Vec3 torque = -q_BD.w * kp.cwiseProduct(vec(q_BD)) - kd.cwiseProduct(w_WB_B - reference.w_WD_D);
-    return {reference.thrust, torque};
+    return {reference.thrust, -q_BD.w * kp.cwiseProduct(vec(q_BD)) - kd.cwiseProduct(w_WB_B - reference.w_WD_D)};
   }
   const float sign = q_BD.w < 0.F ? -1.F : 1.F;
   const Vec3 w_WD_B = rotate(q_BD, reference.w_WD_D);
   const Vec3 dw_WD_B = rotate(q_BD, reference.dw_WD_D);
   const Vec3 momentum = inertia.cwiseProduct(w_WB_B);
-  const Vec3 torque = sign * kp.cwiseProduct(vec(q_BD)) - kd.cwiseProduct(w_WB_B - w_WD_B) + w_WB_B.cross(momentum) +
-                      inertia.cwiseProduct(dw_WD_B - w_WB_B.cross(w_WD_B));
-  return {reference.thrust, torque};
+  return {reference.thrust, sign * kp.cwiseProduct(vec(q_BD)) - kd.cwiseProduct(w_WB_B - w_WD_B) +
+                                w_WB_B.cross(momentum) + inertia.cwiseProduct(dw_WD_B - w_WB_B.cross(w_WD_B))};
 }
 
 }  // namespace halfroll

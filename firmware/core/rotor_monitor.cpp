@@ -40,10 +40,10 @@ void RotorMonitor::step(const RotorCommands& given, const Vec3& w_WB_B, const Ve
   const float u = torque.x() / vehicle.arm, v = torque.y() / vehicle.arm, y = torque.z() / vehicle.yaw_coefficient;
   const float sum13 = 0.5F * (force_ - y), sum24 = 0.5F * (force_ + y);  // as the mixer has it
   const std::array<float, 4> gives = {0.5F * (sum13 + u), 0.5F * (sum24 + v), 0.5F * (sum13 - u), 0.5F * (sum24 - v)};
+  const float share_up = lag_share(vehicle.rotor_lag), share_down = lag_share(vehicle.rotor_lag_down);
   for (std::size_t i = 0; i < 4; ++i) {
     const float wanted = lagged(given.thrust[i]);
-    const float lag = fixed_pitch && wanted < expected_[i] ? vehicle.rotor_lag_down : vehicle.rotor_lag;
-    expected_[i] += lag_share(lag) * (wanted - expected_[i]);
+    expected_[i] += (fixed_pitch && wanted < expected_[i] ? share_down : share_up) * (wanted - expected_[i]);
     filtered_[i] += kFilterShare * (thrust_of(expected_[i]) - filtered_[i]);
     error_[i] = filtered_[i] - gives[i];
   }

@@ -13,7 +13,7 @@ TxFrame to_frame(const Packed& packed, Envelope envelope,
                                                 const Packed*)) {
   mavlink_status_t status = {};  // flags 0: MAVLink 2
   status.current_tx_seq = envelope.sequence;
-  mavlink_message_t message = {};
+  mavlink_message_t message;  // written as far as it is read
   encode_status(envelope.system, envelope.component, &status, &message, &packed);
   TxFrame frame;
   frame.size = mavlink_msg_to_send_buffer(frame.bytes.data(), &message);

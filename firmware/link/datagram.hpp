@@ -33,7 +33,7 @@ struct Datagram {
 struct TxFrame {
   Endpoint to;
   std::uint16_t size = 0;
-  std::array<std::uint8_t, 280> bytes = {};
+  std::array<std::uint8_t, 280> bytes;  // those up to size are written
 };
 
 /// What is kept over a restart. The shell writes it (boards/two_slots.hpp) and tells the result.

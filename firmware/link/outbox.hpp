@@ -1,5 +1,7 @@
 // Frames on their way out. Why: one bounded place that numbers frames per link and forgets nothing silently.
 #pragma once
+#include <new>
+
 #include "link/codec.hpp"
 #include "link/status_text.hpp"
 
@@ -26,11 +28,11 @@ class Outbox {
         continue;
       }
       std::uint8_t& sequence = sequence_[static_cast<std::size_t>(link)];
-      TxFrame frame = encode(message, Envelope{system_, sequence});
+      TxFrame& frame = *new (&frames_[size_]) TxFrame(encode(message, Envelope{system_, sequence}));  // in its place
       if (frame.size == 0) continue;
       ++sequence;
       frame.to = {static_cast<std::uint8_t>(link), to.slot};
-      frames_[size_++] = frame;
+      ++size_;
     }
   }
 

@@ -66,7 +66,8 @@ void Streams::step(VehicleStatus status, Outbox& outbox) {
         } else {
           outbox.send(to, Telemetry{kStreams[row].id, status, 1, static_cast<int>(link)});
         }
-        schedule(link, row, next_step_us_);
+        due_us_[link][row] += static_cast<std::uint64_t>(interval_us_[link][row]);
+        if (due_us_[link][row] < next_step_us_) schedule(link, row, next_step_us_);  // time has jumped
       }
       next_due_us_[link] = std::min(next_due_us_[link], due_us_[link][row]);
     }

@@ -67,11 +67,11 @@ def recipe_for(mode: Mode, legs: int, limits: Limits) -> Recipe:
     best = mode == "best"
     walls = limits.drive is not None and limits.drive.of_speed
     if legs <= 2:
-        ladder = (replace(coarse, samples=32), Rung(4, 32, 2e-3, 120, 1e-4))
+        ladder = (replace(coarse, samples=20), Rung(4, 20, 2e-3, 120, 1e-4))
         rates = limits.drive is not None or limits.rotor_rate_max is not None
         return Recipe(ladder, False, Rung(8, 24, 1e-3, 150) if best else None, elastic=rates and not walls)
     if legs <= 8:
-        ladder = (coarse, Rung(3, 16, 3e-3, 120, 1e-4))
+        ladder = (replace(coarse, samples=12), Rung(3, 12, 3e-3, 120, 1e-4))
         return Recipe(ladder, True, Rung(9, 24, 1e-3, 150) if best else None, two_starts=best, elastic=not walls)
     if legs <= 100:
         ladder = (coarse, Rung(2, 16, 5e-3, 120, 1e-4))
