@@ -57,8 +57,8 @@ inline Vec3 up_axis(const Quat& q) {
 inline Quat from_rotation_vector(const Vec3& v) {
   const float half2 = 0.25F * v.squaredNorm();
   if (half2 < 0.01F) {  // series: exact to a float here, no root, and never 0/0
-    const float scale = 0.5F - half2 * (1.F / 12.F - half2 / 240.F);
-    return {1.F - half2 * (0.5F - half2 / 24.F), scale * v.x(), scale * v.y(), scale * v.z()};
+    const float scale = 0.5F - half2 * (1.F / 12.F - half2 * (1.F / 240.F));
+    return {1.F - half2 * (0.5F - half2 * (1.F / 24.F)), scale * v.x(), scale * v.y(), scale * v.z()};
   }
   const float half = std::sqrt(half2), scale = 0.5F * sine(half) / half;
   return {cosine(half), scale * v.x(), scale * v.y(), scale * v.z()};

@@ -26,7 +26,7 @@ Reference extrapolate(const Setpoint& setpoint, const Estimate& estimate, std::u
 
   const float h = params.reference_extrapolation == 0.F ? 0.F : age(setpoint, t_us);
   Reference reference;
-  reference.q_WD = normalised(setpoint.q_WD * from_rotation_vector((w + 0.5F * h * dw) * h));
+  reference.q_WD = setpoint.q_WD * from_rotation_vector((w + 0.5F * h * dw) * h);  // a unit's to the last bits
   reference.w_WD_D = w + h * dw;
   reference.dw_WD_D = dw;
   reference.thrust = setpoint.thrust * up_axis(reference.q_WD).dot(up_axis(estimate.q_WB));
