@@ -19,6 +19,7 @@ HalfrollError
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 _LONGEST = 1500  # of a message, in characters
 
@@ -45,6 +46,11 @@ class HalfrollError(Exception):
         super().__init__(_readable(message))
         self.item = item
         self.files: Mapping[str, str] = {}
+
+    def as_json(self) -> dict[str, Any]:
+        """For programs: what every object says that tells of it."""
+        about: dict[str, str | int] = {"kind": self.kind, "message": str(self)}
+        return {"error": about if self.item is None else {**about, "item": self.item}, **self.files}
 
 
 class InputError(HalfrollError):

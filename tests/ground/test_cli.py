@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import halfroll
 from halfroll import simulator
 from halfroll.cli.app import app
-from halfroll.errors import InputError, LinkError, MissionError, SimulatorDied
+from halfroll.errors import FlightError, InputError, LinkError, MissionError, SimulatorDied
 from halfroll.planner.plan import Plan
 from halfroll.planner.segments import monomials
 from halfroll.vehicle import load_vehicle
@@ -80,6 +80,20 @@ def test_help_and_version_load_nothing_heavy(words):
     environment = {**os.environ, "PYTHONPATH": str(GROUND)}
     ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert ended.stdout.splitlines()[-1] == "loaded"
+
+
+def test_ctrl_c_while_it_is_being_loaded_is_one_word_too():
+    code = (
+        "import sys\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'typer':\n            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "from halfroll.cli import main\nmain()\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(GROUND)}
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (130, "stopped\n")
 
 
 def test_help_names_every_command():
@@ -359,6 +373,7 @@ def test_a_mission_with_nothing_to_plan_is_flown_all_the_same(flight, mission):
     ended = run("fly", mission, "--json")
     assert ended.exit_code == 0
     assert the_object(ended)["result"] == "flown without a plan"
+    assert json.loads(Path("flights/field-mit-vp/result.json").read_text(encoding="utf-8")) == the_object(ended)
 
 
 def test_progress_goes_to_standard_error(flight, mission):
@@ -407,6 +422,31 @@ def test_ctrl_c_ends_with_130_and_one_word(flight, mission):
     ended = run("fly", mission)
     assert ended.exit_code == 128 + signal.SIGINT
     assert ended.stderr.splitlines()[-1] == "stopped"
+    assert "log" not in ended.stderr  # there is none
+
+
+def test_ctrl_c_in_flight_says_where_the_log_ends(flight, mission, monkeypatch, fly_circle):
+    def fly(wanted, vehicle, **options):
+        fly_circle(Path(options["log_path"]))
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "halfroll.flight", SimpleNamespace(fly=fly))
+    told = run("fly", mission).stderr.splitlines()
+    assert told[-2:] == ["the log ends here: flights/field-mit-vp/flight.ulg", "stopped"]
+
+
+def test_a_failed_flight_leaves_its_error_among_its_results(flight, mission, monkeypatch, fly_circle):
+    def fly(wanted, vehicle, **options):
+        fly_circle(Path(options["log_path"]))
+        raise FlightError("the autopilot disarmed", 3)
+
+    monkeypatch.setitem(sys.modules, "halfroll.flight", SimpleNamespace(fly=fly))
+    run("fly", mission)
+    kept = json.loads(Path("flights/field-mit-vp/result.json").read_text(encoding="utf-8"))
+    assert kept["result"] == "failed"
+    assert kept["error"] == {"kind": "flight", "message": "the autopilot disarmed", "item": 3}
+    assert Path(kept["log"]).is_file()
+    assert Path(kept["report"]).is_file()
 
 
 # sitl

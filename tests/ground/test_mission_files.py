@@ -22,6 +22,7 @@ from halfroll.missions.mission import NOT_GIVEN, Fence, Mission, MissionItem, Ru
 from halfroll.missions.mission_check import check_items
 from halfroll.missions.mission_files import load_mission, save_plan, save_waypoints
 from halfroll.planner.course import course, with_takeoff_and_landing
+from halfroll.planner.plan import COLUMNS
 
 HERE = Path(__file__).parent
 MISSIONS = HERE / "missions"
@@ -400,6 +401,7 @@ ROW = "{}\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5456\t10\t1\n"
         ("m.csv", "", None, "header"),
         ("m.csv", "a,b\n1,2\n", None, "lat,lon,alt or x,y,z"),
         ("m.csv", "x,y,z\n", None, "no points"),
+        ("plan.csv", f"{','.join(COLUMNS)}\n{','.join(['0'] * len(COLUMNS))}\n", None, "the samples of a plan"),
         ("m.csv", "x,y,z\n1,2\n", 0, "point 0 has no z"),
         ("m.csv", "x,y,z\n1,2,up\n", 0, "z is 'up'"),
         ("m.csv", "lat,lon,alt\n1,nan,3\n", 0, "lon is nan"),

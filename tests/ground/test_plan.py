@@ -147,6 +147,12 @@ def test_samples_have_the_columns_of_the_csv_and_rest_at_both_ends():
     assert four == pytest.approx(columns["thrust_N"])
 
 
+@pytest.mark.parametrize("rate_hz", [0.0, -100.0, float("nan"), float("inf")])
+def test_samples_at_a_rate_that_is_none_are_refused(rate_hz):
+    with pytest.raises(InputError, match="more than 0 Hz"):
+        turning().sample(rate_hz)
+
+
 def test_the_table_of_body_rates_reaches_the_end():
     plan = turning()
     table = plan.rates_table(0.01)

@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import typer
 
@@ -59,7 +59,7 @@ def errors_for_people(as_json: bool) -> Iterator[None]:
 
 def fail(error: HalfrollError, as_json: bool) -> NoReturn:
     if as_json:
-        print(json.dumps(error_json(error)))
+        print(json.dumps(error.as_json()))
     say_error(str(error))
     for name, file in error.files.items():
         typer.echo(f"{name:7}{file}", err=True)
@@ -68,10 +68,3 @@ def fail(error: HalfrollError, as_json: bool) -> NoReturn:
 
 def say_error(sentence: str) -> None:
     typer.echo(typer.style("error: ", fg="red") + sentence, err=True)
-
-
-def error_json(error: HalfrollError | None) -> dict[str, Any]:
-    if error is None:
-        return {}
-    about: dict[str, str | int] = {"kind": error.kind, "message": str(error)}
-    return {"error": about if error.item is None else {**about, "item": error.item}, **error.files}

@@ -128,6 +128,10 @@ def fly(
             except HalfrollError as error:
                 files.write_failed(error)
                 raise
+            except KeyboardInterrupt:
+                if files.log.is_file():
+                    typer.echo(f"the log ends here: {files.log}", err=True)
+                raise
             if replay:
                 said("replay", None)
                 from halfroll.viewer.notebook import view

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from halfroll.cli.endings import Ended, error_json, errors_for_people, say_error
+from halfroll.cli.endings import Ended, errors_for_people, say_error
 from halfroll.cli.options import (
     Changes,
     Json,
@@ -53,7 +53,7 @@ def check(
                 progress=said,
             )
         if as_json:
-            console.print_json(console.check_json(found) | error_json(found.error))
+            console.print_json(console.check_json(found) | (found.error.as_json() if found.error else {}))
         else:
             console.show_check(found)
         if found.error is not None:

@@ -96,6 +96,8 @@ def mission_from_csv(text: str, name: str) -> Mission:
     columns, *rows = table or [[]]
     names = [_COLUMNS.get(_without_unit(column)) for column in columns]
     geodetic = {"lat", "lon", "alt"} <= set(names)
+    if {"sigma", "thrust_N"} <= set(columns):
+        raise MissionError("it holds the samples of a plan, not waypoints; the plan itself is in the .json beside it")
     if not geodetic and not {"x", "y", "z"} <= set(names):
         raise MissionError(f"its first line is {header!r}, a header with lat,lon,alt or x,y,z is wanted")
     warnings = tuple(

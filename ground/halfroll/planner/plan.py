@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from importlib import import_module
 from itertools import pairwise
-from math import ceil
+from math import ceil, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +133,10 @@ class Plan:
         return self.rates(np.arange(ceil(self.T / dt - 1e-9) + 1) * dt)
 
     def sample(self, rate_hz: float = 1000.0) -> dict[str, Array]:
-        """Columns by the names of COLUMNS, ready for a DataFrame; the first and the last row are the ends, at rest."""
+        """Columns by the names of COLUMNS, ready for a DataFrame; the first and the last row are the ends, at rest.
+        Raises InputError for a rate that is none."""
+        if not (rate_hz > 0.0 and isfinite(rate_hz)):
+            raise InputError(f"a plan is sampled at more than 0 Hz, not {rate_hz:g} Hz")
         t = np.arange(ceil(self.T * rate_hz - 1e-6)) / rate_hz
         t = np.append(t, self.T)
         d, o = self.trajectory.derivatives(t), self.outputs(t)

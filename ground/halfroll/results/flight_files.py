@@ -83,12 +83,11 @@ class FlightFiles:
                 figures=figures,
             )
         self._report(flight, {} if flown.board is None else {"steps on the board": str(flown.board["steps"])})
-        if figures is not None:
-            self._keep(self.as_json(flown, figures))
-        elif len(course(flown.mission).waypoints) >= 2:
+        if figures is None and len(course(flown.mission).waypoints) >= 2:
             raise FlightError(
                 f"{flight.mission} was flown by the autopilot alone, its plan was not; the log is {self.log}"
             )
+        self._keep(self.as_json(flown, figures))
         return figures
 
     def write_failed(self, error: HalfrollError) -> None:
@@ -98,8 +97,8 @@ class FlightFiles:
         except InputError:  # it never came to a flight
             return
         self._report(flight, {})
-        self._keep(report_json(flight))
         error.files = {"log": str(self.log), "report": str(self.report)}
+        self._keep({"result": "failed", **report_json(flight), **error.as_json()})
 
     def _report(self, flight: LoggedFlight, facts: Mapping[str, str]) -> None:
         from halfroll.results.pictures import save_picture
