@@ -1,6 +1,6 @@
 // Frames on their way out. Why: one bounded place that numbers frames per link and forgets nothing silently.
 #pragma once
-#include <new>
+#include <algorithm>
 
 #include "link/codec.hpp"
 #include "link/status_text.hpp"
@@ -28,11 +28,13 @@ class Outbox {
         continue;
       }
       std::uint8_t& sequence = sequence_[static_cast<std::size_t>(link)];
-      TxFrame& frame = *new (&frames_[size_]) TxFrame(encode(message, Envelope{system_, sequence}));  // in its place
+      const TxFrame frame = encode(message, Envelope{system_, sequence});
       if (frame.size == 0) continue;
       ++sequence;
-      frame.to = {static_cast<std::uint8_t>(link), to.slot};
-      ++size_;
+      TxFrame& kept = frames_[size_++];
+      kept.to = {static_cast<std::uint8_t>(link), to.slot};
+      kept.size = frame.size;
+      std::copy_n(frame.bytes.begin(), frame.size, kept.bytes.begin());  // mostly a tenth of them
     }
   }
 

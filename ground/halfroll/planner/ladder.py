@@ -142,7 +142,7 @@ class Search:
             if self.interrupted:
                 break
         self.push_price = math.inf  # of a flight that may be another
-        mended = (self.repaired(flight, constraints, rung) for flight, rung in reversed(coarse) if not self.interrupted)
+        mended = (self.repaired(flight, constraints, rung) for flight, rung in reversed(coarse))
         flights += [flight for flight in mended if flight is not None]
         proven = [flight for flight in flights if self.proven(flight, constraints)]
         if not proven and not self.moving:
