@@ -75,6 +75,7 @@ def test_the_gate_ends_with_one_when_something_got_worse(folder):
         (["campaign", "space.toml", "--run", "99999999999"], 2, "beyond the last that a campaign can have"),
         (["campaign", "space.toml", "--compare", "hop.toml"], 2, "hop.toml holds no runs of a campaign"),
         (["campaign", "space.toml", "--stop-when", "soon"], 2, "ci<SHARE is wanted"),
+        (["campaign", "space.toml", "--save", "runs.csv"], 2, "runs are saved as .parquet"),
         (["campaign", "space.toml", "--compare", "nothing"], 2, "holds no runs"),
         (["campaign", "space.toml", "--fidelity", "paper"], 2, "fidelity"),
         (["tune", "space.toml", "--over", "params.ATT_WN", "-o", "a.params"], 2, "KEY=LOW:HIGH is wanted"),

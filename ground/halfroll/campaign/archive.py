@@ -251,6 +251,12 @@ def read_runs(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         raise InputError(f"{path} holds runs of more than one campaign ({str(error).splitlines()[0]})") from None
 
 
+def require_parquet(path: Path) -> None:
+    """Raises InputError for a name that says of another form than runs are saved in."""
+    if path.suffix.lower() != ".parquet":
+        raise InputError(f"{path}: runs are saved as .parquet; end the name in it")
+
+
 def save_as_one(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> None:
     """One file of all runs, written a part at a time."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -99,7 +99,14 @@ def _fly_all(
     as_json: bool,
 ) -> None:
     from halfroll import campaign_console, console
-    from halfroll.campaign.archive import LONG_COLUMNS, open_archive, read_runs, save_as_one, schema_of
+    from halfroll.campaign.archive import (
+        LONG_COLUMNS,
+        open_archive,
+        read_runs,
+        require_parquet,
+        save_as_one,
+        schema_of,
+    )
     from halfroll.campaign.comparison import compared
     from halfroll.campaign.flying import StopRule, fly_campaign
     from halfroll.campaign.page import write_page
@@ -110,6 +117,8 @@ def _fly_all(
 
     stop = StopRule.parsed(stop_when) if stop_when else None
     before = read_runs(compare) if compare else None
+    if save is not None:
+        require_parquet(save)
     open_archive(folder, space)  # before planning: the folder may hold another campaign
     with console.status("planning"):
         prepared = prepare(space)
