@@ -140,9 +140,10 @@ void UdpLinks::send(const link::TxFrame& frame) {
 
 void UdpLinks::send(const std::vector<link::TxFrame>& frames) {
   std::array<std::uint8_t, kPacked> packed;
-  for (std::size_t left = links_.size(); left > 0; --left) {
-    const std::size_t i = left - 1;
-    for (std::size_t slot = kSlots; slot-- > 0;) {
+  for (std::size_t links_left = links_.size(); links_left > 0; --links_left) {
+    const std::size_t i = links_left - 1;
+    for (std::size_t slots_left = kSlots; slots_left > 0; --slots_left) {
+      const std::size_t slot = slots_left - 1;
       const Peer& peer = links_[i].peers[slot];
       if (peer.address == 0) continue;
       std::size_t size = 0;
